@@ -19,7 +19,7 @@ BEGIN, END = "<!-- bench/run.sh: begin -->", "<!-- bench/run.sh: end -->"
 
 
 def zen(info):
-    """The generation of an AMD processor, which virtual machines omit from the name; empty text for others."""
+    """Returns the generation of an AMD processor, which virtual machines omit from the name. Returns an empty text for other processors."""
     if info.get("vendor_id") != "AuthenticAMD":
         return ""
     family, model = int(info["cpu family"]), int(info["model"])
@@ -31,13 +31,14 @@ def zen(info):
 
 
 def processor():
-    """The name of this processor, with generation, family and model, and without commas, which Google Benchmark would split at."""
+    """Returns the name of this processor, with generation, family and model if /proc/cpuinfo has them, and without commas, at which Google
+    Benchmark would split it."""
     try:
         info = dict(re.findall(r"^([^\t:]+)\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE))
     except OSError:
         info = {}
-    name = info.get("model name", "unknown processor")
-    return f"{name}{zen(info)} (family {info['cpu family']} model {info['model']})" if "cpu family" in info else name.replace(",", "")
+    name = info.get("model name", "unknown processor").replace(",", "")
+    return f"{name}{zen(info)} (family {info['cpu family']} model {info['model']})" if "cpu family" in info else name
 
 
 def measured_on(context):
@@ -65,7 +66,7 @@ def read(path):
 
 
 def number(value):
-    """Formats three digits, without a power of ten."""
+    """Formats a number with three significant digits, without an exponent."""
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
@@ -90,8 +91,8 @@ def rate_text(row):
 
 
 def share_text(row):
-    """Returns "> peak" for bytes above the peak, which is that of one pass over memory, and an empty text for those of kernels/, whose
-    data is in caches."""
+    """Returns the share of the peak, or "> peak" for a rate in GB/s above the measured peak of a pass over memory. Returns an empty text for
+    rates in GB/s of kernels/, whose data is in caches."""
     if "share_of_peak" not in row or "GB/s" in row and row["name"].startswith("kernels/"):
         return ""
     return "> peak" if "GB/s" in row and row["share_of_peak"] > 1 else f"{row['share_of_peak']:.2f}"
@@ -187,7 +188,7 @@ def main(arguments):
     if arguments[1:2] == ["--same"]:
         here, before = measured_on(context), measured_on(read(arguments[2])[0])
         if here != before:
-            print(f"warning: these results are of {here}, the earlier ones of {before}; their ratio does not compare the code", file=sys.stderr)
+            print(f"warning: these results were measured on {here}, the earlier ones on {before}; their ratio does not compare the code", file=sys.stderr)
         return
     sets = [s for s in ("scalar", "avx2", "avxvnni", "avx512vnni", "neon", "wasm")
             if any(r["name"].endswith("/" + s) for r in rows)]

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Builds static libraries from Debian's sources, with Debian's patches: for Linux, those that Debian offers only as shared libraries; for
-# the other targets, all that are needed. Changes nothing outside build/libraries, which also contains apt-get's list of source packages.
+# Builds static libraries from Debian's sources, with Debian's patches: for Linux, the libraries that Debian offers only as shared
+# libraries; for the other targets, all libraries that the downloads need. Changes nothing outside build/libraries, which also contains
+# apt-get's list of source packages.
 #
 #   packaging/libraries.sh TARGET NAME...     prints the folder with include/ and lib/; NAME: a library with a function build_NAME below.
 #                                             TARGET: linux, windows, python (for Linux, linkable into shared libraries), or web
@@ -120,7 +121,7 @@ build_libwebp() {
 build_libjpeg() { with_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF; }
 
 build_libde265() {
-    local options=(-DENABLE_SDL=OFF -DENABLE_ENCODER=OFF -DENABLE_DECODER=OFF)  # no programs; the library always decodes
+    local options=(-DENABLE_SDL=OFF -DENABLE_ENCODER=OFF -DENABLE_DECODER=OFF)  # without programs; the library itself can always decode
     [ "$target" != web ] || options+=(-DDISABLE_SSE=ON)
     with_cmake "$(source_of libde265)" "${options[@]}"
 }

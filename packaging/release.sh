@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Makes the downloads for users without a compiler, in out/release, from the committed sources, and removes those of other versions:
+# Makes the downloads for users without a compiler from the committed sources. Writes them to out/release, and removes the downloads of
+# other versions there:
 #
-#   photo3d-VERSION-linux-x86_64.tar.gz     photo3d for any Linux: one static program, weights and viewer beside it
+#   photo3d-VERSION-linux-x86_64.tar.gz     photo3d for any Linux: one static program, the weights and the viewer
 #   photo3d-VERSION-windows-x86_64.zip      the same for Windows
 #   ldi-VERSION-*.whl                       the Python package, which needs no library but NumPy
 #   photo-3d-VERSION.tgz                    the <photo-3d> element, for npm
@@ -46,7 +47,7 @@ copy_licenses() {
     done
 }
 installed() { printf '%s=/usr/share/doc/%s/copyright\n' "$1" "$2"; }
-from_source() { printf '%s=build/libraries/sources/%s/unpacked/debian/copyright\n' "$1" "$2"; }  # relative to the repository, whose path may contain spaces
+from_source() { printf '%s=build/libraries/sources/%s/unpacked/debian/copyright\n' "$1" "$2"; }  # relative, because the repository's path may contain spaces
 
 # program PART OPTION...: builds photo3d in build/release_PART.
 program() {
@@ -133,7 +134,7 @@ EOF
     case $2 in
         *.exe)
             cat <<'EOF'
-Built without HEIC, AVIF and TIFF: convert such photos to JPEG or PNG first. "photo3d --version" lists what is left out.
+Built without HEIC, AVIF and TIFF: convert such photos to JPEG or PNG first. "photo3d --version" lists the missing parts.
 --video writes a folder of PNG frames; video files need ffmpeg, which photo3d does not start on Windows.
 If Windows ends photo3d by force, a folder .ldi-NUMBER.tmp may stay beside the photo; delete it.
 EOF

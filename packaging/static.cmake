@@ -1,8 +1,8 @@
 # Links only static libraries. Included after project() by -DCMAKE_PROJECT_ldi_INCLUDE=packaging/static.cmake
 set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
 if(WIN32)
-    add_link_options(-Wl,--allow-multiple-definition)  # links mbrtowc() of photo3d/windows_utf8.cpp before the C library's
-    # build/release_headers links to the headers of these libraries only, so that this machine's C library is not found.
+    add_link_options(-Wl,--allow-multiple-definition)  # uses mbrtowc() of photo3d/windows_utf8.cpp instead of the C library's
+    # build/release_headers links to the headers of these libraries only, so that the compiler does not find this machine's C library.
     foreach(name IN ITEMS CLI11::CLI11 nlohmann_json::nlohmann_json)
         add_library(${name} INTERFACE IMPORTED GLOBAL)
         target_include_directories(${name} INTERFACE "${CMAKE_CURRENT_SOURCE_DIR}/build/release_headers")

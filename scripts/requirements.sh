@@ -97,7 +97,7 @@ require() {
     local missing
     # The compiler comes first, because the search for headers uses it.
     if [ -n "${CXX:-}" ] && ! command -v "${CXX%% *}" >/dev/null; then
-        printf 'CXX names the compiler %s, which is not in PATH\n' "$CXX" >&2
+        printf 'CXX: expected a compiler in PATH, found %s\n' "$CXX" >&2
         exit 1
     fi
     if [ -z "${CXX:-}" ] && ! command -v g++ >/dev/null; then
@@ -118,8 +118,8 @@ install_or_end() {
     local as_root=()
     [ "$(id -u)" = 0 ] || as_root=(sudo)
     if [ "${LDI_INSTALL_PACKAGES:-1}" = 0 ] || ! command -v apt-get >/dev/null; then
-        printf 'Missing here, and not installed (no apt-get, or LDI_INSTALL_PACKAGES=0). Install these, then run this again:\n' >&2
-        printf '  %s\n' "${@/;/  in }" >&2
+        printf 'Missing, and not installed automatically (no apt-get, or LDI_INSTALL_PACKAGES=0). Install these packages, then run the script again:\n' >&2
+        printf '  %s)\n' "${@/;/ (Debian package }" >&2
         exit 1
     fi
     printf 'Installing:%s\n' "$(printf ' %s' "${@#*;}")" >&2

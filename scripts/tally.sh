@@ -5,9 +5,9 @@
 #                                             only_labels, exclude_labels and only_tests, regular expressions that select tests by
 #                                             label and by name
 #   count_step NAME COMMAND...                runs a command, which counts as one test
-#   count_together WHERE COMMAND ARGUMENT...  runs COMMAND with each argument, as many at a time as there are cores. Each run counts as one
-#                                             test, named "ARGUMENT WHERE"; its output is printed after it has ended, and each line with
-#                                             "skipped: " in it counts as a skipped test
+#   count_together WHERE COMMAND ARGUMENT...  runs COMMAND once with each ARGUMENT, in one process per core. Each run counts as one test,
+#                                             named "ARGUMENT WHERE". Prints the output of all runs after the last one has ended. Each
+#                                             line of output with "skipped: " in it counts as a skipped test
 #   add_tally "N passed, N failed"            adds these counts. "0 passed, 0 failed" counts as one skipped test, any other text as one
 #                                             failure
 #   add_tally_of LOG                          adds the tally in a log's last line, and the number of skipped tests that print_tally

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Runs the test suite, in about 14 minutes on two cores: tests of the program, the headers and the packages, built with g++; unit tests with
-# the address and undefined behavior sanitizers; Khronos' glTF validator on the sample's 3D photo. Installs missing packages. Ends
-# with "N passed, N failed".
+# Runs the test suite, in about 14 minutes on two cores. Builds and runs the tests of the program, the headers and the packages with g++, runs
+# unit tests with the address and undefined behavior sanitizers, and runs Khronos' glTF validator on the sample's 3D photo. Installs missing
+# packages. Ends with "N passed, N failed".
 #
 #   tests/run.sh [--all] [CMAKE_OPTION...]
 #
@@ -27,11 +27,11 @@ install_npm_packages tests/gltf_validator  # tests of GLB files use the validato
 # Requires every tested part.
 common=(-DLDI_BUILD_BENCH=OFF "-DLDI_REQUIRED=^(ldi::io|examples, tests|examples/(learn|photo3d)|photo3d|tests)" "$@")
 if [ "$all" = 1 ]; then
-    build_and_test dev "${common[@]}" -DLDI_UNITY_TESTS=OFF  # each file compiles alone only if it includes what it uses
-    # g++ builds with the separate headers, clang with the single header. The test single_include/same_program ensures that both
+    build_and_test dev "${common[@]}" -DLDI_UNITY_TESTS=OFF  # compiles each file separately, to find missing includes
+    # g++ builds with the separate headers, and clang with the single header. The test single_include/same_program ensures that both kinds
     # contain the same code. Without debug information, the build takes a quarter less time.
     exclude_labels="slow|build" build_and_test dev-clang "${common[@]}" -DLDI_TEST_SINGLE_INCLUDE=ON -DCMAKE_CXX_FLAGS_DEBUG=-O1
-    # Kernels and networks as users build them, and what runs on threads with the thread sanitizer.
+    # Builds kernels and networks as users do, and tests multithreaded code with the thread sanitizer.
     build_targets="ldi_test_kernels ldi_test_nn ldi_test_nn_dense ldi_test_nn_ldi ldi_test_networks" only_tests="^(kernels|nn|networks)/" \
         only_labels=unit build_and_test release "${common[@]}" -DLDI_UNITY_TESTS=ON -DLDI_BUILD_EXAMPLES=OFF
     build_targets="ldi_test_base ldi_test_core ldi_test_nn ldi_test_nn_dense ldi_test_nn_ldi ldi_test_networks" \
@@ -40,7 +40,7 @@ else
     build_targets="photo3d ldi_test_photo3d ldi_test_networks_tiefenrausch" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}" \
         -DLDI_UNITY_TESTS=ON
 fi
-# Leaves out tests that only run a compiler, because sanitizers find nothing there, and the program, because it takes minutes to build and
+# Excludes tests that only run a compiler, because sanitizers find nothing there. Excludes the program, because it takes minutes to build and
 # other tests cover all its parts. Only --all includes tests of whole photos. Warnings are not errors here: the builds without sanitizers
 # report real warnings, and sanitizers cause false ones.
 [ "$all" = 1 ] && whole=ON || whole=OFF

@@ -54,13 +54,13 @@ def main():
         print(f"hidden shares: median {shares[len(shares) // 2]:.3f}, largest {shares[-1]:.3f}")
         check(f"the batch is {loop_seconds / seconds:.2f} times as fast as the loop (required: 1.6)", loop_seconds >= 1.6 * seconds)
         expected = content(folder["loop"])
-        check("every photo is converted", result.returncode == 0 and len(lines) == len(expected) == len(photos))
-        check("the files equal those of the loop byte for byte", content(folder["batch"]) == expected)
+        check("the batch converts every photo", result.returncode == 0 and len(lines) == len(expected) == len(photos))
+        check("the files of the batch equal those of the loop byte for byte", content(folder["batch"]) == expected)
 
         result, seconds, _ = seconds_of(batch("-o", folder["bound"], "--report", folder["reports"], "--memory", f"{MEMORY_MB}MB", "--threads", "8"), input=text)
         peak = max(json.loads(report)["peak_memory_bytes"] for report in content(folder["reports"]).values()) / 1e6
         check(f"with --memory {MEMORY_MB}MB and 8 threads the peak is {peak:.0f} MB, at {len(photos) / seconds:.1f} photographs per second", result.returncode == 0 and peak <= MEMORY_MB)
-        check("its files equal those of the loop, too", content(folder["bound"]) == expected)
+        check("the files of the run with --memory equal those of the loop byte for byte", content(folder["bound"]) == expected)
 
         random.seed(3)
         converted, kills = [], 0

@@ -93,8 +93,8 @@ void add_graphs() {
     });
 }
 
-/// Layered images with the columns of a photo. `copy` copies the bytes of the graph and its columns: no function that returns
-/// a new layered image can be faster.
+/// Adds layered images with the columns of a photo. `copy` copies the bytes of the graph and of its columns, so no function
+/// that returns a new layered image can be faster.
 void add_layered_images() {
     constexpr double layer_bytes = (graph_bytes + 9) * width * height;
     add("core/layered_image/construct, two columns", [](benchmark::State& state) {
@@ -182,7 +182,8 @@ void add_coarsening() {
     });
 }
 
-/// Windows around the pixels at silhouettes. Elsewhere, a window is found without following links, as in an image.
+/// Adds windows around the pixels at silhouettes. Elsewhere, the library finds a window without following links, as in an
+/// image.
 void add_windows() {
     for (const std::int32_t kernel_size : {3, 5, 7})
         add("core/gather_window/" + std::to_string(kernel_size) + "x" + std::to_string(kernel_size),
@@ -233,7 +234,7 @@ void add_components() {
 }
 
 /// Scattered blocks of 48 x 64 pixels that stand in for the band of a silhouette network.
-ldi::pixel_region disks() {
+ldi::pixel_region blocks() {
     ldi::pixel_region_builder region(width);
     for (std::int32_t y = 0; y < height; ++y) {
         for (std::int32_t x = 0; x < width; ++x)
@@ -245,20 +246,20 @@ ldi::pixel_region disks() {
 
 void add_regions() {
     add("core/pixel_region_builder/add runs of 1 pixel", [](benchmark::State& state) {
-        measure(state, pixels_text(disks().size()), {.pixels = static_cast<double>(disks().size())}, [] { return disks(); });
+        measure(state, pixels_text(blocks().size()), {.pixels = static_cast<double>(blocks().size())}, [] { return blocks(); });
     });
     add("core/halved", [](benchmark::State& state) {
-        const ldi::pixel_region region = disks();
+        const ldi::pixel_region region = blocks();
         measure(state, pixels_text(region.size()), {.pixels = static_cast<double>(region.size())},
                 [&] { return ldi::halved(region); });
     });
     add("core/parents", [](benchmark::State& state) {
-        const ldi::pixel_region region = disks(), half = ldi::halved(region);
+        const ldi::pixel_region region = blocks(), half = ldi::halved(region);
         measure(state, pixels_text(region.size()), {.bytes = 4.0 * static_cast<double>(region.size())},
                 [&] { return ldi::parents(region, half); });
     });
     add("core/pixels_below", [](benchmark::State& state) {
-        const ldi::pixel_region region = disks();
+        const ldi::pixel_region region = blocks();
         measure(state, pixels_text(region.size()), {.bytes = 4.0 * static_cast<double>(region.size())},
                 [&] { return ldi::pixels_below(region); });
     });

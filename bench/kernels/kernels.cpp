@@ -28,14 +28,14 @@ using ldi::detail::packed_layer;
 
 constexpr std::size_t wanted_pixels = 64;  ///< pixels of a layer's result per call, as in the network
 
-/// Input and result of a layer, with the sizes of the stored tensors. A depthwise convolution first enlarges its input by
+/// Sizes of a layer's input and result, as they are stored. A depthwise convolution first enlarges its input by the factor
 /// `repeat`.
 struct layer_case {
     ldi::tensor_size input, output;
     std::size_t input_channels, repeat;
 };
 
-/// Some rows of a layer's input, and memory for its result.
+/// The rows of a layer's input that one call reads, and memory for the result.
 struct layer_rows {
     std::size_t row_bytes;
     ldi::buffer<std::uint8_t> input, result;
@@ -160,7 +160,7 @@ void add_convolutions(ldi::isa set) {
     }
 }
 
-/// Packing for the best instruction set.
+/// Adds packing for the best instruction set.
 void add_packing() {
     constexpr std::size_t inputs = 96, outputs = 96, weights = inputs * outputs;
     const ldi::requantization output = ldi::make_requantization(0.002F, 128);

@@ -1,6 +1,6 @@
 // Charts, atlas and mesh of the sample, one thread: include/ldi/charts, texture and mesh. The triangulation is compared with
-// CGAL's constrained Delaunay triangulation of the same points and edges. CGAL fills the convex hull of each chart and would
-// still need to separate inside from outside, which is not counted.
+// CGAL's constrained Delaunay triangulation of the same points and edges. CGAL triangulates the convex hull of each chart.
+// Separating the inside of the chart from the outside would take additional time, which is not counted.
 
 #include "bench/support/measure.hpp"
 #include "bench/support/sample.hpp"
@@ -44,7 +44,8 @@ std::string chart_text() { return std::to_string(sample().charts.charts.size()) 
 /// Length of a chart's side in macroblocks of 16 texels, with 4 texels of padding at both ends.
 std::int32_t blocks(std::int32_t length) { return (length + 2 * 4 + 15) / 16; }
 
-/// Sizes of the sample's charts in macroblocks, as make_atlas() packs them, repeated until there are `count`.
+/// Returns the sizes of the sample's charts in macroblocks, as make_atlas() packs them. Repeats the charts until there are
+/// `count` sizes.
 ldi::buffer<ldi::rectangle_size> chart_blocks(std::size_t count) {
     ldi::buffer<ldi::rectangle_size> sizes;
     const auto& charts = sample().charts.charts;
@@ -97,7 +98,7 @@ void add_texture() {
     });
 }
 
-/// The sample at 2304 x 3072: its photo enlarged, with charts that fit on sheets.
+/// The sample with its photo enlarged to 2304 x 3072, and with charts that fit on sheets.
 struct large_photo {
     ldi::image<std::uint8_t> photo = ldi::area_resize(sample().photo, 3072, 2304);
     ldi::chart_set charts = ldi::make_charts(sample().layers, {}, ldi::for_sheets({}, 3072, 2304).charts);

@@ -27,7 +27,7 @@
 
 namespace {
 
-// Bytes in buffers now, and their peak.
+// Bytes that buffers occupy now, and the peak of this number.
 std::size_t bytes_now = 0, bytes_peak = 0;
 
 void* counted_allocate(void* /*context*/, std::size_t bytes, std::size_t alignment) {
@@ -51,7 +51,8 @@ ldi::farbrausch network_with(ldi::arithmetic kind) {
     return ldi::load_farbrausch(std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors", kind);
 }
 
-/// Makes the full-size network with random weights: no trained weights are available, and time does not depend on them.
+/// Makes the full-size network with random weights, because no trained weights are available. Time does not depend on the
+/// weights.
 ldi::farbrausch full_size_network(ldi::arithmetic kind) {
     const ldi::inpainting_architecture a = ldi::partial_convolution_architecture();
     ldi::named_tensors weights;
@@ -244,7 +245,7 @@ void compare_with_full_size() {
             for (const ldi::photo_layers* layers : {&picture, &photo}) {
                 weights = 0;
                 const ldi::inpainting_architecture& a = network.architecture();
-                // Computes all pixels of the picture, as usual for counts of multiplications.
+                // Computes all pixels of the picture, as published counts of multiplications do.
                 const ldi::buffer<std::uint8_t> wanted =
                     layers == &picture ? ldi::buffer<std::uint8_t>(picture.size(), 1) : unknown_of(photo);
                 for (const layer_cost& cost :

@@ -132,8 +132,8 @@ void add_convolutions() {
     add_convolution("nn/convolve_partially", "partial", on_sample, {5, 20, 40}, masking::partial, 2);
 }
 
-/// Adds functions with upsampled maps. The convolutions read two maps: the coarser level, upsampled without a copy, and the finer
-/// level.
+/// Adds functions with upsampled maps. The convolutions read two maps: the map of the coarser level, upsampled without a copy,
+/// and the map of the finer level.
 void add_upsampling() {
     const convolution_shape s{3, 60, 20};
     add("nn/upsample/convolution 3x3 40 upsampled + 20 -> 20, float32", [s](benchmark::State& state) {

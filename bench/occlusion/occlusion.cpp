@@ -50,7 +50,7 @@ void add_occlusion() {
     add("occlusion/grow_past_frame", [](benchmark::State& state) {
         const ldi::working_layers<>& layers = sample().colored;
         ldi::photo_facts facts = sample().facts;
-        facts.margin = 0;  // as before grow_past_frame()
+        facts.margin = 0;  // the value before grow_past_frame()
         measure_change(state, pixels_text(layers.size()), pixels_of(layers), layers,
                        [&](ldi::working_layers<>& l) { return ldi::grow_past_frame(l, facts); });
     });

@@ -108,7 +108,8 @@ inline double count_rubber(const ldi::photo_layer& layer, float threshold) {
     return count;
 }
 
-/// Colors every pixel by its disparity, and counts where the coarse texture is off by more than the threshold.
+/// Colors every pixel by its disparity, and counts the pixels of the photo's view in which the coarse texture is off by more
+/// than the threshold.
 inline double count_mixed(const ldi::photo3d& made, const ldi::photo3d_options& options, bool has_padding) {
     ldi::photo_layers layers = made.layers;
     for (std::size_t i = 0; i < layers.size(); ++i)
@@ -145,8 +146,8 @@ figures measure(const ldi::photo3d& made, const ldi::photo3d_options& options, b
     return f;
 }
 
-/// Pictures in which the effect of an idea is visible. For layer counts, the photo is darkened, and positions with more hidden
-/// pixels are bluer.
+/// Draws pictures in which the effect of an idea is visible. The picture of layer counts is the darkened photo, in which
+/// positions with more hidden pixels are bluer.
 inline std::vector<picture> pictures_of(const ldi::photo3d& made, shown by, float motion) {
     std::vector<picture> result;
     if (by == shown::coarse_texture) return {seen_from(made, coarse(made.atlas.color), ldi::view{made.facts.camera})};
@@ -191,7 +192,7 @@ inline picture worst_place(const std::vector<picture>& with, const std::vector<p
     return pair;
 }
 
-/// Prints the table over all photos, and writes NAME.jpg of the sample, the last photo, for each idea.
+/// Prints the table over all photos. For each idea, also writes NAME.jpg, a picture of the sample, which is the last photo.
 template <ldi::executor Executor>
 void print_ablations(const std::vector<paper_photo>& photos, const std::filesystem::path& folder, Executor& threads) {
     std::printf(

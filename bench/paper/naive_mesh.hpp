@@ -1,5 +1,6 @@
-// The mesh that the paper's flat mesher avoids: every pixel is a vertex, every two links of a pixel span a triangle, and
-// meshoptimizer simplifies the result. Also measures the error of a mesh relative to the layered image, for both meshers.
+// Builds the mesh that the paper's flat mesher avoids. Every pixel is a vertex, each pixel forms up to two triangles with its
+// lower and right neighbors and with its upper and left neighbors, and meshoptimizer simplifies the result. Also measures the
+// error of a mesh relative to the layered image, for both meshers.
 #pragma once
 
 #include <ldi/io/picture.hpp>
@@ -85,7 +86,7 @@ inline ldi::textured_mesh simplified(const ldi::textured_mesh& dense, const ldi:
 /// Error of a mesh as the photo's camera sees it.
 struct mesh_error {
     double rms = 0;      ///< of disparity, at pixels farther than 3 from every silhouette
-    double wrong = 0;    ///< share of all pixels that show another surface: disparity off by more than the threshold
+    double wrong = 0;    ///< share of all pixels that show another surface: their disparity is off by more than the threshold
     double outside = 0;  ///< share of all pixels that no triangle covers
 };
 

@@ -243,9 +243,9 @@ int main(int count, char** values) {
     CLI::App app("Repeats the paper's measurements.");
     arguments a;
     app.add_option("--pictures", a.pictures, "folder for pictures")->capture_default_str();
-    app.add_option("--only", a.only, "one part")->check(CLI::IsMember({"stages", "ablations", "networks"}));
+    app.add_option("--only", a.only, "run only this part")->check(CLI::IsMember({"stages", "ablations", "networks"}));
     app.add_option("--runs", a.runs, "runs per photo")->check(CLI::Range(1, 1000))->capture_default_str();
-    app.add_option("--photos", a.photos, "photos for ablations, the sample among them")->check(CLI::Range(1, 7));
+    app.add_option("--photos", a.photos, "number of photos for ablations, including the sample")->check(CLI::Range(1, 7));
     CLI11_PARSE(app, count, values);
     try {
         run(a);

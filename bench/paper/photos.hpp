@@ -79,7 +79,8 @@ std::vector<paper_photo> six_photos(const ldi_quality::named_network& network, E
     }
     std::printf(
         "Six photos: every fourth of Kodak's 24, cropped to 4:3 and enlarged to 1152 x 1536, since ../shared/photos has none of\n"
-        "that size. Enlarging does not change times much, but makes textures smaller than those of photos of that size.\n");
+        "that size. Enlarging hardly changes times, but the texture files are smaller than those of photos taken at this "
+        "size.\n");
     return result;
 }
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Compares float convolutions, 3 x 3, 32 -> 32 and 16 -> 16. Ours run on the layered depth image of the sample at 1152 x 1536 after
 # expansion. The peers, torch's oneDNN (Debian's python3-torch, channels last) and ONNX Runtime (npm), run on an image with about as many
-# pixels. The timing excludes our plan, which all layers on one graph share, and the allocation of the result of ldi and oneDNN; ONNX
-# Runtime allocates its result in each run. Alternates runs of ldi and
-# the peers, on one thread that is pinned to one processor. Measures processor time, because other programs may run. Prints medians and
-# ends with "ratio R": our time divided by that of the fastest peer, for the worse of the two shapes. The first run installs
+# pixels. The timing excludes our plan, which all layers on one graph share. It also excludes the allocation of the result for ldi and
+# oneDNN, but not for ONNX Runtime, which allocates its result in each run. Alternates runs of ldi and the peers, on one thread that is
+# pinned to one processor. Measures processor time, because other programs may run. Prints medians and ends with "ratio R": our time
+# divided by that of the fastest peer, for the worse of the two shapes. The first run installs
 # onnxruntime-node in the folder PEERS_OUT; if npm cannot install it, the script ends with code 75.
 #
 #   bench/peers/ldi_conv.sh [ROUNDS]              LDI_ISA forces an instruction set

@@ -1,6 +1,6 @@
 // The depth networks on the sample at 384 x 288: the shipped one, and the published one (6.83 billion multiplications) if
 // ../shared has it. Earlier times of peers for the published network, on one thread of an unrecorded machine: QNNPACK 603 ms,
-// ONNX Runtime 129 ms, oneDNN 66 ms. tiefenrausch.sh measures the last two beside ours.
+// ONNX Runtime 129 ms, oneDNN 66 ms. tiefenrausch.sh measures ONNX Runtime and oneDNN beside this library.
 #include <ldi/io/photo.hpp>
 #include <ldi/io/weight_files.hpp>
 #include <ldi/networks/tiefenrausch.hpp>

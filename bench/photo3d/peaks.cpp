@@ -1,7 +1,7 @@
 // Peak memory of each stage from photo to mesh, in bytes per pixel of the photo, for difficult depth maps
 // (tests/support/hard_maps.hpp), from 16 x 12 samples up to the photo's size. Prints the tables of bench/photo3d/README.md.
 //
-//     ldi_bench_photo3d_peaks [WIDTH]  width of the photo; its height is 3 / 4 of it; default: 1536
+//     ldi_bench_photo3d_peaks [WIDTH]  width of the photo (default: 1536); the height is 3 / 4 of the width
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/hard_maps.hpp"
 #include "tests/support/stage_peaks.hpp"

@@ -74,7 +74,7 @@ def measure(program, number):
             rows = [[stage, f"{one[stage]:.1f}", f"{two.get(stage, 0):.1f}", str(PAPER.get(stage, ""))] for stage in one]
             sums.append((sum(one.values()), sum(two.values()), hidden, peak))
             rows.append(["sum", f"{sums[-1][0]:.0f}", f"{sums[-1][1]:.0f}", ""])
-            print_table(["stage", "one thread, ms of the processor", "two threads, ms", "paper, ms"], rows)
+            print_table(["stage", "one thread, processor time, ms", "two threads, ms", "paper, ms"], rows)
     one, two, hidden, peak = sums[0]
     print(f"\nwhole photo {one:.0f} ms at {hidden:.1f} % hidden, one thread; two threads {two:.0f}; peak {peak:.0f} MB")
 
@@ -92,7 +92,7 @@ def compare(program, other, name, number):
             here, there = stages_of(runs[program], clock), stages_of(runs[other], clock)
             peaks = [statistics.median(run["peak_memory_bytes"] for run in runs[which]) for which in (program, other)]
             ratios.append(sum(here.values()) / sum(there.values()))
-            stages = stages or [stage for stage in there if there[stage] >= 1]  # of the other program; this one may lack some
+            stages = stages or [stage for stage in there if there[stage] >= 1]  # stages of the other program; this program may lack some of them
             cells = [f"{here.get(s, 0) / there[s]:.2f}" if there.get(s, 0) >= 1 else "" for s in stages]
             rows.append([name_of(photo), *cells, f"{ratios[-1]:.3f}", f"{sum(here.values()):.0f}", f"{sum(there.values()):.0f}",
                          f"{peaks[0] / peaks[1]:.2f}"])

@@ -1,5 +1,5 @@
-// Faults beside silhouettes of photographs without true depth: islands (narrow surfaces between a nearer and a farther one),
-// colors that belong to neither surface, and hard borders between hidden surfaces. Also draws the worst places, enlarged.
+// Counts faults beside silhouettes of photographs without true depth: islands (narrow surfaces between a nearer and a farther
+// one), colors that fit neither surface, and hard borders between hidden surfaces. Also draws the worst places, enlarged.
 #pragma once
 
 #include "holes.hpp"
@@ -28,7 +28,7 @@ struct bad_place {
     std::string photo;
     std::size_t view = 0;  ///< index in views_beside()
     std::int32_t x = 0, y = 0;
-    std::int64_t score = 0;  ///< pixels around it with hard borders or with colors that fit neither surface
+    std::int64_t score = 0;  ///< around it: 8 per pixel of a hard border, 1 per pixel whose color fits neither surface
 };
 
 struct silhouette_faults {
@@ -39,7 +39,7 @@ struct silhouette_faults {
     std::vector<bad_place> places;  ///< the worst places, none close to another
 };
 
-/// Views from the limits of the motion: right, left, above, below; at the photo's resolution.
+/// Returns four views from the limits of the motion (right, left, above and below), at the photo's resolution.
 inline std::vector<ldi::view> views_beside(const ldi::photo_facts& photo) {
     std::vector<ldi::view> result;
     const float far = 0.99F * photo.range.z_near;
@@ -115,7 +115,8 @@ inline mask fits_neither(const ldi::photo_layer& layer) {
     return result;
 }
 
-/// Marks colors in the atlas: red for hidden pixels, green for colors that fit neither surface.
+/// Returns a picture of the atlas's size, in which hidden pixels are red, and pixels whose color fits neither surface are
+/// green.
 inline picture marked_atlas(const ldi::photo3d& made, const mask& neither) {
     picture result(made.atlas.color.height(), made.atlas.color.width(), 3, std::uint8_t{0});
     const ldi::graph& g = made.layers.topology();

@@ -1,5 +1,4 @@
-// Simulates a network's depth by degrading true depth, so that the truth stays known: makes it smaller, blurs it, and
-// displaces it.
+// Simulates a network's depth by degrading true depth, so that the truth stays known: shrinks, blurs and shifts the depth map.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -13,14 +12,15 @@
 namespace ldi_quality {
 
 struct degradation {
-    std::size_t long_side = 384;  ///< shrinks to this by area averaging, if larger
-    double sigma = 3;             ///< then blurs with a Gaussian, in samples of the small map
-    std::ptrdiff_t shift = 2;     ///< then shifts to the right and down, in samples
+    std::size_t long_side = 384;  ///< the map is shrunk to this long side by area averaging, if it is larger
+    double sigma = 3;             ///< standard deviation of the Gaussian blur that follows, in samples of the small map
+    std::ptrdiff_t shift = 2;     ///< shift to the right and down after the blur, in samples
 };
 
 namespace detail {
 
-/// Filters along one direction: result i is the sum over the pairs of source index and weight in `taps(i)`.
+/// Filters along one direction: sample i of the result is the weighted sum of the source samples that `taps(i)` lists with
+/// their weights.
 template <class Taps>
 ldi::image<float> filtered(const ldi::image<float>& from, std::size_t length, bool across, Taps&& taps) {
     ldi::image<float> to(across ? from.height() : length, across ? length : from.width());
@@ -52,7 +52,8 @@ inline ldi::image<float> shrunk(const ldi::image<float>& from, std::size_t lengt
     });
 }
 
-/// Blurs out to three sigmas, and shifts: sample i is taken from around i - shift. Repeats the border.
+/// Blurs with a kernel that extends to three sigmas, and shifts: sample i of the result averages the samples around i - shift.
+/// Repeats the border.
 inline ldi::image<float> blurred_and_moved(const ldi::image<float>& from, double sigma, std::ptrdiff_t shift, bool across) {
     const std::size_t length = across ? from.width() : from.height();
     const std::ptrdiff_t reach = static_cast<std::ptrdiff_t>(std::ceil(3 * sigma));

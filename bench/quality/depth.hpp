@@ -79,7 +79,7 @@ inline void print_row(const std::string& name, const std::vector<depth_quality>&
     std::printf("\n");
 }
 
-/// Loads the published network and ours, if present.
+/// Loads the published network and tiefenrausch_small, if their files are present.
 inline std::vector<named_network> depth_networks() {
     std::vector<named_network> result;
     for (const auto& [name, path] : {std::pair<const char*, std::filesystem::path>{
@@ -95,7 +95,7 @@ inline std::vector<named_network> depth_networks() {
 
 /// Prints the table.
 ///
-/// each  also prints a line for every pair
+/// each  whether to print a line for every pair as well
 template <ldi::executor Executor>
 void print_depth(const std::vector<named_network>& networks, bool each, Executor& threads) {
     const std::vector<rgbd_pair> pairs = rgbd_pairs();

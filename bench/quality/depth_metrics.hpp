@@ -35,11 +35,11 @@ struct depth_quality {
     double rmse = unmeasured;         ///< root mean square error of distance, in units of the median distance
     double edges = unmeasured;        ///< F1 of edges, with a tolerance of 4 pixels
     double boundaries = unmeasured;   ///< F1 of steps between neighboring pixels, without tolerance
-    double silhouettes = unmeasured;  ///< share of the truth's silhouette pixels with an estimated one within 3 pixels
+    double silhouettes = unmeasured;  ///< share of true silhouette pixels with an estimated one within 3 pixels
     double order = unmeasured;        ///< share of pairs of pixels in the wrong order of distance
 };
 
-/// Samples the nearest pixels.
+/// Resizes an image without interpolation, by copying the nearest pixels.
 template <class Scalar>
 ldi::image<Scalar> sampled(const ldi::image<Scalar>& from, std::size_t rows, std::size_t columns) {
     ldi::image<Scalar> result(rows, columns);
@@ -48,7 +48,7 @@ ldi::image<Scalar> sampled(const ldi::image<Scalar>& from, std::size_t rows, std
     return result;
 }
 
-/// Samples the nearest pixels at the network's long side.
+/// Resizes an image to the network's long side by copying the nearest pixels.
 template <class Scalar>
 ldi::image<Scalar> at_network_size(const ldi::image<Scalar>& from) {
     const double scale =
@@ -158,7 +158,8 @@ inline double boundary_agreement(const map& ours, const map& truth, const pixel_
 }
 
 /// Returns the share of pixel pairs that the estimate has in the wrong order, among 20,000 random pairs whose true distances
-/// differ by at least a fifth. DA-2K (Yang et al., "Depth Anything V2", 2024) asks the same question, but without measured depth.
+/// differ by at least a fifth. DA-2K (Yang et al., "Depth Anything V2", 2024) is a similar measure for pixel pairs that people
+/// annotated, without measured depth.
 inline double wrong_order(const map& ours, const map& truth, const pixel_set& known) {
     ldi::buffer<std::size_t> pixels;
     for (std::size_t i = 0; i < known.size(); ++i)

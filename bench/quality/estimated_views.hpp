@@ -95,7 +95,7 @@ inline void print_estimated_views(const std::vector<named_network>& networks, co
     }
     std::printf("| **mean** |");
     for (const quality& q : average) print(q);
-    std::printf("\n| of the way from flat to true |");
+    std::printf("\n| improvement, from 0 %% for the flat plane to 100 %% for the true depth |");
     const double flat = average[count - 2].psnr, whole_way = average[count - 1].psnr - flat;
     for (std::size_t i = 0; i < networks.size(); ++i) std::printf(" %.0f %% |", 100 * (average[i].psnr - flat) / whole_way);
     std::printf(" 0 %% | 100 %% |\n");

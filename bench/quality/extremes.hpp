@@ -1,4 +1,4 @@
-// Uncovered pixels when the camera is as far from the photo's viewpoint as allowed.
+// Counts uncovered pixels when the camera is as far from the photo's viewpoint as allowed.
 #pragma once
 
 #include "holes.hpp"
@@ -31,10 +31,10 @@ inline std::vector<std::pair<std::string, ldi::view>> extreme_views(const ldi::p
     for (const float forward : {-1.0F, 0.0F, 0.5F, 1.0F})
         for (int i = 0; i < 8; ++i) {
             const float angle = 0.785398163F * static_cast<float>(i);
-            add("aside " + std::to_string(45 * i) + ", forwards " + std::to_string(forward).substr(0, 4),
+            add("aside " + std::to_string(45 * i) + ", forward " + std::to_string(forward).substr(0, 4),
                 {std::cos(angle), std::sin(angle), -forward});
         }
-    add("forwards", {0, 0, -1}), add("back", {0, 0, 1});
+    add("forward", {0, 0, -1}), add("back", {0, 0, 1});
     for (const named_view& v : views_on_paths(photo)) result.emplace_back(v.name, v.from);
     return result;
 }
@@ -51,7 +51,7 @@ extreme worst_extreme(const ldi::photo3d& photo, Executor& threads) {
     raster.z_near = 1e-3F * photo.facts.range.z_near;
     extreme worst;
     for (const auto& [name, from] : extreme_views(photo.facts)) {
-        // One percent smaller, because frame_within() lets a pixel of the border be visible.
+        // Makes the frame one percent smaller, because frame_within() allows about a pixel of the border to be visible.
         const float size = 0.99F * ldi::frame_within(std::span(&from, 1), photo.facts.camera, photo.facts.range);
         const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.color, ldi::framed(from, size), raster, threads);
         const double uncovered = 1 - share(seen.coverage);

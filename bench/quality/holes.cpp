@@ -115,9 +115,10 @@ int main(int count, char** values) {
     app.add_option("--crops", a.crops, "folder for pictures of the largest holes, enlarged four times");
     app.add_option("--most-crops", a.max_crops, "maximum number of crops per photo")->capture_default_str();
     app.add_option("--side", a.picture_side, "long side of the pictures that are counted, in pixels")->capture_default_str();
-    app.add_option("--geometry-size", a.geometry_size, "as of photo3d")->capture_default_str();
-    app.add_option("--motion", a.motion, "as of photo3d")->capture_default_str();
-    app.add_flag("!--no-soft-edges", a.soft_edges, "as of photo3d");
+    app.add_option("--geometry-size", a.geometry_size, "long side of the layered image in pixels, as in photo3d")
+        ->capture_default_str();
+    app.add_option("--motion", a.motion, "maximum motion of the camera, as in photo3d")->capture_default_str();
+    app.add_flag("!--no-soft-edges", a.soft_edges, "draw hard silhouettes, as in photo3d");
     app.add_flag("--crop-frame", a.crops_frame, "surfaces end at the photo's border (photo3d --frame crop)");
     app.add_flag("--each", a.prints_holes, "also prints every hole");
     CLI11_PARSE(app, count, values);

@@ -65,7 +65,7 @@ inline std::vector<named_view> views_on_paths(const ldi::photo_facts& photo) {
 }
 
 /// Resizes a view to a long side of `long_side` pixels, and then widens its field of view by 15 %, because a viewer's window
-/// slides over the photo.
+/// moves across the photo.
 inline ldi::view widened(ldi::view from, std::int32_t long_side) {
     constexpr float margin = 1.15F;
     ldi::pinhole_camera& camera = from.camera;
@@ -104,7 +104,7 @@ inline std::vector<named_view> allowed_views(const ldi::photo_facts& photo, std:
 }
 
 /// Tests whether the ray through the middle of a pixel meets the photo, not the area beyond its border, at every depth of the
-/// photo's range. A viewer that hides the border may show such a pixel.
+/// photo's range. Even a viewer that hides the border may show such a pixel.
 class frame_test {
 public:
     frame_test(const ldi::view& from, const ldi::pinhole_camera& photo, const ldi::depth_range& range)

@@ -125,7 +125,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     in_front.keep(is_first);
     const ldi::rendering first = reproject(in_front);
     const ldi::rendering truth = reproject(peeled);
-    // Gaps that resampling leaves in the truth itself are not compared.
+    // Excludes the gaps that resampling leaves in the truth itself from the comparison.
     mask everywhere = truth.coverage, holes = truth.coverage;
     for (std::size_t i = 0; i < holes.size(); ++i) holes.data()[i] = everywhere.data()[i] != 0 && first.coverage.data()[i] == 0;
 
@@ -184,7 +184,8 @@ inline void print_inpainting(const char* title, const std::vector<inpainting_res
     std::printf("\n### The paper's inpainting protocol: %s\n\n", title);
     std::printf("Reprojected, PSNR in dB over the whole picture / where pixels were inpainted.\n\n");
     std::printf(
-        "| picture | inpainted | of that cut off | Farbrausch, layers | Farbrausch, screen space | lead | diffusion, layers | "
+        "| picture | inpainted | hidden pixels cut off | Farbrausch, layers | Farbrausch, screen space | lead | diffusion, "
+        "layers | "
         "diffusion, screen "
         "space | true colors |\n|---|---|---|---|---|---|---|---|---|\n");
     const auto pair = [](const inpainted& i) { std::printf(" %.2f / %.2f |", i.whole.psnr, i.inside.psnr); };

@@ -1,6 +1,6 @@
 // LPIPS: perceptual difference of two pictures (Zhang, Isola, Efros, Shechtman and Wang, "The Unreasonable Effectiveness of
-// Deep Features as a Perceptual Metric", 2018), version 0.1 on the features of SqueezeNet 1.1 (Iandola et al., 2016). Consists
-// of loops around the library's convolution kernel. lpips_weights.py writes the weights.
+// Deep Features as a Perceptual Metric", 2018), version 0.1 on the features of SqueezeNet 1.1 (Iandola et al., 2016). The
+// implementation consists of loops around the library's convolution kernel. lpips_weights.py writes the weights.
 #pragma once
 
 #include "metrics.hpp"
@@ -85,7 +85,7 @@ class lpips_network {
 public:
     static constexpr std::size_t min_side = 32;  ///< minimum side of compared pictures
 
-    /// Without weights: every difference is unmeasured.
+    /// Makes a network without weights, whose results are all `unmeasured`.
     lpips_network() = default;
 
     /// from  tensors of lpips_squeeze_oihw.npz

@@ -15,12 +15,12 @@ import zipfile
 def array(file):
     """Returns shape and bytes of an .npy file."""
     if file[:6] != b"\x93NUMPY":
-        raise SystemExit("not an .npy file")
+        raise SystemExit("expected an .npy file, found other data")
     size = struct.unpack("<H", file[8:10])[0] if file[6] == 1 else struct.unpack("<I", file[8:12])[0]
     start = 10 if file[6] == 1 else 12
     header = ast.literal_eval(file[start:start + size].decode("latin-1"))
     if header["descr"] != "<f4" or header["fortran_order"]:
-        raise SystemExit(f"not float32 in C order: {header}")
+        raise SystemExit(f"expected float32 in C order, found {header}")
     return list(header["shape"]), file[start + size:]
 
 

@@ -49,8 +49,8 @@ inline double psnr(const picture& a, const picture& b, const mask& where) {
 
 using tensor = xt::xtensor<float, 3>;
 
-/// Blurs H x W x 3 values with a Gaussian of sigma 1.5 over 11 x 11 pixels, repeating the border. Uses loops, because
-/// xtensor's shifted views cost ten times as much.
+/// Blurs H x W x 3 values with a Gaussian of sigma 1.5 over 11 x 11 pixels, repeating the border. Uses loops, because xtensor's
+/// shifted views take ten times as long.
 inline tensor blurred(const tensor& values) {
     std::array<float, 11> weights{};
     float sum = 0;

@@ -31,8 +31,8 @@ struct novel_view {
     std::string name;
     double disoccluded = 0;                      ///< share of the frame that is uncovered without expansion
     double uncovered = 0;                        ///< share that remains uncovered with the expansion that this pair requires
-    extreme worst;                               ///< with the default motion, at the worst allowed position
-    extreme worst_degraded;                      ///< same with degraded depth
+    extreme worst;                               ///< uncovered share at the worst position that the default motion allows
+    extreme worst_degraded;                      ///< the same with degraded depth
     std::array<quality, method_count> whole{};   ///< over the frame
     std::array<quality, method_count> inside{};  ///< where nothing is visible without expansion
 };
@@ -104,8 +104,8 @@ inline void print_novel_views(const char* title, const std::vector<novel_view>& 
     std::printf("PSNR in dB over the frame / inside the areas that the photo did not see; shares of the frame.\n\n");
     std::printf(
         "| picture | not seen by the photo | no expansion | diffusion | Farbrausch | with texture | in screen space | uncovered "
-        "| at the "
-        "worst place of the default motion | with degraded depth |\n|---|---|---|---|---|---|---|---|---|---|\n");
+        "| uncovered at the "
+        "worst position of the default motion | with degraded depth |\n|---|---|---|---|---|---|---|---|---|---|\n");
     const auto line = [](const novel_view& v) {
         std::printf("| %s | %.2f %% |", v.name.c_str(), 100 * v.disoccluded);
         for (std::size_t m = 0; m < method_count; ++m) std::printf(" %.2f / %.2f |", v.whole[m].psnr, v.inside[m].psnr);

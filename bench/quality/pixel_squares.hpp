@@ -27,8 +27,8 @@ namespace ldi_quality {
 using ldi::detail::guard_band, ldi::detail::nearest_double, ldi::detail::rounded_mean, ldi::detail::screen_triangle,
     ldi::detail::screen_vertex, ldi::detail::signed_area, ldi::detail::subsample_steps;
 
-/// Makes a triangle clockwise. Returns false if it is not drawn, because it has no area, or shows its back without
-/// `both_sides`.
+/// Makes a triangle clockwise. Returns false if the triangle must not be drawn, because it has no area, or because it shows its
+/// back and `both_sides` is false.
 inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
     const std::int64_t area = signed_area(t);
     if (area < 0) std::swap(t[1], t[2]);
@@ -123,7 +123,7 @@ private:
         const auto put = [&](std::int32_t vertex, double x, double y, double d) {
             const double inverse_depth = last + d * (first - last);
             if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
-                ldi::raise(ldi::error_code::invalid_data, "disparity of a layered image", "a surface in front of the camera",
+                ldi::raise(ldi::error_code::invalid_data, "disparity of a layered image", "a value in front of the camera",
                            std::to_string(d));
             safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
         };

@@ -29,7 +29,7 @@ struct arguments {
     bool views = true, depth = true, each_depth = false, sizes = true, int8 = false;
 };
 
-/// Training time of the network, from its file.
+/// Returns a description of the network's training, from the metadata of its file.
 std::string training_of(const std::filesystem::path& file) {
     const ldi::named_tensors tensors = ldi::load_safetensors(file);
     const auto found = tensors.metadata.find("provenance");
@@ -46,7 +46,7 @@ void run(const arguments& a) {
     if (a.sizes) print_sizes(network);
     lpips_network perceived;
     if (a.lpips.empty())
-        std::printf("LPIPS is not measured (nan): no weights are named\n");
+        std::printf("LPIPS is not measured (nan), because --lpips names no weights\n");
     else
         perceived = lpips_network(ldi::load_safetensors(a.lpips));
     ldi::thread_pool threads;
@@ -113,7 +113,7 @@ int main(int count, char** values) {
     CLI::App app("Measures 3D photos: depth, novel views, inpainting, sizes, times.");
     arguments a;
     app.add_option("--inpainting-model", a.inpainting_model, "weights (safetensors)")->required();
-    app.add_flag("--int8", a.int8, "the inpainting network computes with 8 bits");
+    app.add_flag("--int8", a.int8, "run the inpainting network in 8 bits");
     app.add_option("--lpips", a.lpips, "weights of LPIPS (safetensors)");
     app.add_option("--pictures", a.pictures, "folder for pictures")->capture_default_str();
     app.add_flag("!--no-views", a.views, "skip novel views and inpainting");

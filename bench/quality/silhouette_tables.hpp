@@ -61,7 +61,7 @@ inline picture marked(picture photo, const std::vector<true_side>& truth, const 
     return photo;
 }
 
-/// Measures one subject. Diffusion fills hidden pixels: fast and independent of any network.
+/// Measures one subject. Fills hidden pixels by diffusion, which is fast and depends on no network.
 ///
 /// depth          name of the depth: "true", "degraded" or that of a network
 /// inverse_depth  h x w x 1 of any size

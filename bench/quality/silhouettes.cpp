@@ -1,5 +1,5 @@
-// Prints only the measures of silhouettes, and the faults beside silhouettes of photographs without true depth, for work on
-// silhouettes. Run by bench/quality/run.sh --only silhouettes.
+// Prints only the measures of silhouettes, and the faults beside silhouettes of photographs without true depth. Run by
+// bench/quality/run.sh --only silhouettes.
 #include "silhouette_tables.hpp"
 #include "silhouettes_in_photographs.hpp"
 #include "subjects.hpp"
@@ -55,7 +55,7 @@ int main(int count, char** values) {
     app.add_option("--shift", how.shift, "shift of the degraded depth to the right and down, in samples")->capture_default_str();
     std::string model;
     app.add_option("--silhouette-model", model,
-                   "weights of the network that decides silhouettes; none: no network, silhouettes are aligned");
+                   "weights of the network that decides silhouettes; \"none\": align silhouettes, without a network");
     CLI11_PARSE(app, count, values);
     try {
         ldi::thread_pool threads;

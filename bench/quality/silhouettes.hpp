@@ -18,11 +18,11 @@ namespace ldi_quality {
 inline constexpr double compared_long_side = 1152;  ///< distances refer to photos with this longer side
 
 struct silhouette_distance {
-    double pixels = unmeasured;  ///< median distance of our sides whose nearest true side separates two colors
-    double missed = unmeasured;  ///< share of the true sides between two colors with none of ours within 12 of these pixels
+    double pixels = unmeasured;  ///< median distance from our sides to the nearest true sides, if these separate two colors
+    double missed = unmeasured;  ///< share of the true sides between two colors that have none of our sides within 12 pixels
 };
 
-/// Middles of the sides of curves in a photo `width` pixels wide.
+/// Returns the middles of all sides of the curves. `width` is the photo's width in pixels.
 inline std::vector<side_middle> sides_of(std::span<const ldi::discontinuity_curve> curves, std::int32_t width) {
     std::vector<side_middle> result;
     for (const ldi::discontinuity_curve& curve : curves)

@@ -74,7 +74,8 @@ struct photograph_options {
     bool counts_holes = true;
 };
 
-/// Prints the table, and writes worst_places.png and .txt to `folder`; with `before`, worst_places_before_and_after.png too.
+/// Prints the table, and writes worst_places.png and worst_places.txt to `folder`. With `before`, also writes
+/// worst_places_before_and_after.png.
 template <ldi::executor Executor>
 void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette_network* silhouettes,
                          const ldi::farbrausch& inpainter, const std::filesystem::path& folder, const photograph_options& options,

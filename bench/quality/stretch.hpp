@@ -1,4 +1,4 @@
-// Share of a novel view with texture that is stretched between the two surfaces of a silhouette.
+// Measures the share of a novel view that shows texture stretched between the two surfaces of a silhouette.
 #pragma once
 
 #include "metrics.hpp"
@@ -21,7 +21,7 @@ namespace ldi_quality {
 
 struct stretch_options {
     /// Maximum distance from a true silhouette, as a fraction of the photo's longer side (12 pixels of 1152). Degraded depth
-    /// blurs a step about as far.
+    /// blurs a step over about this distance.
     double reach = 12.0 / 1152;
     /// Minimum factor by which a triangle's steepest line becomes longer between the two views.
     double min_factor = 2;
@@ -45,8 +45,8 @@ inline double steepness(const std::array<photo_corner, 3>& t) {
 }  // namespace detail
 
 /// Marks each triangle with 1 if it spans a true silhouette. Such a triangle meets two conditions. Seen from the photo's
-/// viewpoint, one of its corners, a middle of its sides or its own middle is close to a true silhouette. Between the views, its
-/// steepest direction becomes longer by `min_factor`, which happens only between two surfaces.
+/// viewpoint, one of its corners, a middle of its sides or its own middle is close to a true silhouette. In the other view, it
+/// is at least `min_factor` times as long in its steepest direction, which happens only between two surfaces.
 inline ldi::buffer<std::uint8_t> spanning_triangles(const ldi::textured_mesh& mesh, const subject& s,
                                                     const std::vector<true_side>& truth, const stretch_options& options = {}) {
     std::vector<side_middle> middles;

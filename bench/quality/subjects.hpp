@@ -41,8 +41,9 @@ struct subject {
     }
 };
 
-/// Middlebury's pairs: a point with disparity d is d pixels farther left in the right photo. d is used as inverse depth. This
-/// ignores how far the photos were cropped relative to each other, which distorts the space but changes neither picture.
+/// Middlebury's pairs: a point with disparity d is d pixels farther left in the right photo. This function uses d as inverse
+/// depth. It ignores how far the photos were cropped relative to each other, which distorts the space but changes neither
+/// picture.
 inline std::vector<subject> stereo_pairs() {
     std::vector<subject> result;
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "rgbd";

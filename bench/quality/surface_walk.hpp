@@ -1,6 +1,6 @@
-// Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses it to
-// find which surfaces at neighboring pixels are connected. Uses integer arithmetic and the rasterizer's edge rule, so that both
-// assign a sample to the same triangle.
+// Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses this
+// class to find which surfaces at neighboring pixels are connected. The class uses integer arithmetic and the rasterizer's edge
+// rule, so that both assign a sample to the same triangle.
 #pragma once
 
 #include "pixel_squares.hpp"

@@ -35,7 +35,7 @@ struct true_silhouette_options {
     float min_step = 0.05F;
     /// Minimum number of connected sides.
     std::size_t min_sides = 20;
-    /// Number of pixels on either side whose mean colors are compared. The pixels directly at the side are left out, because
+    /// Number of pixels on either side whose mean colors are compared. The two pixels at the side itself are left out, because
     /// their colors may be mixtures of both surfaces.
     std::int32_t color_reach = 3;
     /// Minimum difference of colors: root mean square over the channels, of 255.

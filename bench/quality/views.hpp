@@ -23,7 +23,7 @@ inline ldi::photo3d_options true_depth_options(const subject& s, int iterations)
     options.normalize.max_depth_ratio = 1e6F;
     options.expand.motion = 1;
     options.expand.iterations = iterations;
-    options.texture.strength = options.grain.strength = 0;  // off, to compare fills alone; `textured` adds texture
+    options.texture.strength = options.grain.strength = 0;  // off, so that only the fills are compared; `textured` adds texture
     return options;
 }
 

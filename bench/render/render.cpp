@@ -37,7 +37,7 @@ work picture() { return {.pixels = wide * high}; }
 
 /// The photo's camera, and a camera to its left. Near surfaces shift to the right, and hidden surfaces come into view.
 ldi::view from_photo() { return {.camera = sample().facts.camera}; }
-ldi::view from_right() { return ldi::moved_view(sample().facts.camera, sample().facts.range, 1.0F, 40.0F); }
+ldi::view from_left() { return ldi::moved_view(sample().facts.camera, sample().facts.range, 1.0F, 40.0F); }
 ldi::view taken_from() { return {.camera = sample().facts.layers_camera()}; }
 
 void add_render() {
@@ -46,17 +46,16 @@ void add_render() {
             ldi::raster_options options;
             options.samples = samples;
             measure(state, size_text(wide, high), picture(),
-                    [&] { return ldi::rasterize(sample().mesh, sample().atlas.color, from_right(), options).coverage; });
+                    [&] { return ldi::rasterize(sample().mesh, sample().atlas.color, from_left(), options).coverage; });
         });
     add("render/render_layers", [](benchmark::State& state) {
         measure(state, size_text(wide, high), picture(), [] {
-            return ldi_quality::render_layers(sample().layers, sample().facts.range, taken_from(), from_right()).coverage;
+            return ldi_quality::render_layers(sample().layers, sample().facts.range, taken_from(), from_left()).coverage;
         });
     });
     add("render/peel", [](benchmark::State& state) {
-        measure(state, size_text(wide, high), picture(), [] {
-            return ldi_quality::peel(sample().layers, sample().facts.range, taken_from(), from_right()).layers.size();
-        });
+        measure(state, size_text(wide, high), picture(),
+                [] { return ldi_quality::peel(sample().layers, sample().facts.range, taken_from(), from_left()).layers.size(); });
     });
     add("render/gap_colors", [](benchmark::State& state) {
         const ldi::view far = ldi::moved_view(sample().facts.camera, sample().facts.range, 1.0F, 160.0F);

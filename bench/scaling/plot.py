@@ -73,7 +73,7 @@ def draw(lines, axis, label, file, log=False, x_of=lambda point: point.x):
 
 
 def ratio(point, base):
-    """Formats a time divided by the median of another: median (minimum to maximum)."""
+    """Formats the ratio of a point's time to the median time of `base`: median (minimum to maximum)."""
     return f"{point.median / base.median:.2f} ({point.least / base.median:.2f} to {point.most / base.median:.2f})"
 
 

@@ -73,8 +73,8 @@ void add_graph(const std::string& axis, const std::string& what, double x, Make 
     add_graph_function("components", [](const ldi::graph& g) { return ldi::connected_components(g); });
 }
 
-/// Images of 3:4 from 0.1 to 48 megapixels, whole and cut into squares whose sides are an eighth of the short side: about as many
-/// silhouettes as in a photo of objects.
+/// Adds images with an aspect ratio of 3:4 and 0.1 to 48 megapixels, whole and cut into squares whose sides are an eighth of
+/// the short side. The cut images have about as many silhouettes as a photo of objects.
 void add_pixels() {
     for (const double megapixels : {0.1, 0.3, 1.0, 3.0, 12.0, 24.0, 48.0}) {
         const auto width = static_cast<std::int32_t>(std::lround(std::sqrt(megapixels * 1e6 * 0.75)));
@@ -84,7 +84,7 @@ void add_pixels() {
     }
 }
 
-/// One to eight images of 512 x 512, one behind the other, beside one image of as many pixels.
+/// Adds stacks of one to eight images of 512 x 512, one behind the other, and single images with the same number of pixels.
 void add_layers() {
     for (std::int32_t layers = 1; layers <= 8; ++layers) {
         add_graph("layers", "ldi", layers, [=] { return stacked_graph(512, 512, layers); });
@@ -92,7 +92,7 @@ void add_layers() {
     }
 }
 
-/// An image of 1152 x 1024, whole and cut into ever smaller squares.
+/// Adds an image of 1152 x 1024, whole and cut into ever smaller squares.
 void add_irregular() {
     for (const std::int32_t side : {0, 512, 128, 64, 32, 16, 12, 8, 7, 6, 5})
         add_graph("irregular", "ldi", side, [=] { return cut_graph(1152, 1024, side); });

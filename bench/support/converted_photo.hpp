@@ -1,6 +1,7 @@
 // A real photo and its conversion to a 3D photo at 1152 x 1536, for measurements of stages and networks.
 //
-// The photo is a phone's with the published network's depth if ../shared is present, else the sample with its given depth.
+// If ../shared is present, this is a phone photo with the published network's depth; otherwise, it is the sample with its own
+// depth map.
 #pragma once
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>

@@ -1,5 +1,5 @@
-// ldi_bench: benchmarks of the library's kernels, operators and stages. All options are Google Benchmark's. LDI_ISA forces an
-// instruction set where a benchmark does not name one. bench/run.sh runs it and writes a table.
+// ldi_bench: benchmarks of the library's kernels, operators and stages. All options are those of Google Benchmark. LDI_ISA
+// forces an instruction set in benchmarks whose name does not contain one. bench/run.sh runs this program and writes a table.
 
 #include "bench/support/measure.hpp"
 #include "bench/support/peak_products.hpp"

@@ -118,7 +118,7 @@ benchmark::internal::Benchmark* add(const std::string& name, Function function) 
     return benchmark::RegisterBenchmark(name.c_str(), std::move(function))->Unit(benchmark::kMicrosecond);
 }
 
-/// Concatenates names. (g++ 12 gives a false warning for operator+ of strings.)
+/// Concatenates names. (For operator+ of strings, g++ 12 prints a false warning.)
 template <class... Parts>
 std::string joined(const Parts&... parts) {
     std::string result;

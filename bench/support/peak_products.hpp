@@ -1,5 +1,5 @@
-// Peak multiplication rates of the processor: the instructions in the inner loops of the 8-bit and the float kernels, with
-// everything in registers.
+// Measures the peak multiplication rates of the processor: runs the instructions of the inner loops of the 8-bit and the float
+// kernels, with all operands in registers.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_neon.hpp>
@@ -13,7 +13,7 @@ namespace ldi_bench {
 // Defines a function that multiplies in twelve vector registers, so that no multiplication waits for the one before it. A macro,
 // because each instruction set's functions are compiled in its own target region.
 //
-// in  the constraint of a vector register in assembly, which keeps the compiler from computing one sum for all
+// in  constraint for a vector register in inline assembly, which keeps the compiler from merging the twelve equal sums into one
 #define LDI_BENCH_MULTIPLY(name, in, one, factor, multiply)                                             \
     inline void name(long count) {                                                                      \
         auto a = one, b = a, c = a, d = a, e = a, f = a, g = a, h = a, i = a, j = a, k = a, l = a;      \
@@ -62,7 +62,7 @@ LDI_BENCH_MULTIPLY(multiply_neon, "w", vdupq_n_s32(1), vdupq_n_s8(1), ldi::neon:
 LDI_END_TARGET
 #endif
 
-/// Iterations per call: a fraction of a millisecond, so that some rounds are undisturbed.
+/// Iterations per call. A call takes only a fraction of a millisecond, so that other programs do not disturb every call.
 inline constexpr long peak_iterations = 50000;
 
 /// Returns the maximum rate of `multiply`, which computes `products` per iteration; 0 if it is null.

@@ -21,10 +21,10 @@ std::string model_file(const std::string& name);
 
 struct sample_stages {
     ldi::image<std::uint8_t> photo;   ///< 1536 x 1152 x 3
-    ldi::image<float> depth_map;      ///< 1536 x 1152, as in the file
+    ldi::image<float> depth_map;      ///< 1536 x 1152: the values of the file, with holes filled
     ldi::image<float> estimate;       ///< 384 x 288: the depth map at a network's resolution
     ldi::image<float> filtered;       ///< 1536 x 1152: the estimate, sharpened, resampled and filtered
-    ldi::photo_layer lifted;          ///< of the file's depth, with all silhouettes, before unmixing
+    ldi::photo_layer lifted;          ///< made from the file's depth, with all silhouettes, before colors are unmixed
     ldi::lifted_photo<> prepared;     ///< with unmixed colors
     ldi::working_layers<> uncolored;  ///< with hidden surfaces
     ldi::working_layers<> colored;    ///< inpainted by diffusion, without texture

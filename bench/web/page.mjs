@@ -46,7 +46,7 @@ async function time(page) {
     return { milliseconds: await page.evaluate(() => window.timeUntilTurning), facts };
 }
 
-/** Returns the pictures per second of a turning 3D photo, the draw calls of a picture, and the memory of the page's JavaScript in bytes. */
+/** Returns the pictures per second of a turning 3D photo, the draw calls per picture, and the memory of the page's JavaScript in bytes. */
 function watch(page) {
     return page.evaluate(async () => {
         const seconds = 3;
@@ -113,7 +113,7 @@ for (const kind of ["chromium", "firefox"]) {
     print(`${kind}: memory of the converter`, heap / 1e6, "MB");
     if (turning.heap > 0) print(`${kind}: memory of the page's JavaScript`, turning.heap / 1e6, "MB");
     print(`${kind}: pictures of the turning 3D photo`, median(times.rate), "per second");
-    print("    draw calls of a picture", turning.calls, "");
+    print("    draw calls per picture", turning.calls, "");
     results[kind] = median(times.next);
 }
 const browser = await startBrowser("chromium");

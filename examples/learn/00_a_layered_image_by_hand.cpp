@@ -1,6 +1,6 @@
-// A layered depth image made by hand: a wall of 6 x 4 pixels, and a block of 2 x 2 pixels in front of it. Both have pixels at
-// the positions of the block, without links between them. A 3 x 3 average therefore never mixes the two surfaces. Requires no
-// library and no file.
+// A layered depth image made by hand: a wall of 6 x 4 pixels, and a block of 2 x 2 pixels in front of it. Both surfaces have
+// pixels at the block's positions, and no link connects the two surfaces. A 3 x 3 average therefore never mixes them. The
+// lesson requires no library and no file.
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/nn/ldi/convolution_layer.hpp>
@@ -43,7 +43,8 @@ int main() {
         layers.column<value>()[i] = i < wall ? static_cast<float>(layers.topology().x()[i]) : 9.0F;
 
     const ldi::buffer<float> ninth(9, 1.0F / 9), bias(1);
-    // Partial: divides by the number of existing pixels, so that windows at the border, which contain fewer, are averaged, too.
+    // A partial convolution multiplies its sum by 9 / (number of pixels in the window), so windows at a border also return an
+    // average.
     const ldi::convolution_layer average(ninth, bias, {.kernel_size = 3, .is_partial = true});
     const ldi::convolution_plan plan = ldi::plan_convolution(layers.topology(), 3);
     ldi::to_column<value>(average(plan, ldi::from_column<value>(layers)), layers);

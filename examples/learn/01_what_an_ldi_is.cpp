@@ -1,6 +1,6 @@
-// A layered depth image consists of pixels and links. Neighbors on one surface are linked; neighbors across a silhouette are
-// not. Behind the front surface there can be more pixels: here the wall continues behind a globe (pixels with a blue rim). These
-// pixels grew from the wall's edge; the photo does not show them.
+// A layered depth image consists of pixels and links. Neighbors on one surface are linked; neighbors on opposite sides of a
+// silhouette are not. There can be more pixels behind the front surface: here the wall continues behind a globe (pixels with a
+// blue rim). The photo does not show these pixels. They grew from the wall's edge.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -18,11 +18,11 @@ int main() {
     const auto curves = ldi::find_discontinuity_curves(front);
     ldi::close_spurious_discontinuities(front, curves);
     const std::size_t pixels_of_photo = front.size();
-    std::vector<std::pair<learn::spot, learn::spot>> cuts;  // neighbors in the photo that are not linked
+    std::vector<std::pair<learn::spot, learn::spot>> cuts;  // neighbors in the photo without a link
     for (const ldi::discontinuity& d : curves[0].sides)
         if (d.toward_front == ldi::side::left) cuts.emplace_back(learn::spot_of(front, d.front), learn::spot_of(front, d.back));
 
-    // The surface behind each silhouette grows behind the surface in front, and the new part is then colored.
+    // At each silhouette, the farther surface grows behind the nearer one. The inpainter then colors the new pixels.
     ldi::photo_layers layers =
         ldi::expand(std::move(front), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = 4}).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);

@@ -1,5 +1,5 @@
-// Pixels can hold any data: this lesson adds a column of normals. Every stage keeps it with its pixels, expand() extends it to
-// the hidden ones, and gather() transfers it to the vertices. A virtual lamp can then light the photo.
+// Pixels can hold any data: this lesson adds a column of normals. Every stage keeps the normals with their pixels, expand()
+// extends them to hidden pixels, and gather() transfers them to the vertices. A virtual lamp can then light the photo.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -16,7 +16,7 @@ struct normal {  // a unit vector that points out of the surface
     static constexpr std::size_t channels = 3;
 };
 
-/// Computes each pixel's normal, the cross product of the vectors from left to right and from lower to upper neighbor.
+/// Computes each pixel's normal: the cross product of the vectors from left to right neighbor and from lower to upper neighbor.
 ldi::buffer<float> normals_of(const ldi::photo_layer& layer, const ldi::photo_facts& facts) {
     using enum ldi::side;
     const ldi::graph& g = layer.topology();

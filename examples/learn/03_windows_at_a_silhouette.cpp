@@ -1,7 +1,7 @@
 // A convolution reads the pixels around a pixel. In a layered image these are the pixels that a breadth-first search along links
 // finds inside the k x k window. The search follows a surface behind another one, and never crosses a silhouette. Left: the
-// window of a wall pixel beside the globe continues on hidden pixels. Right: the window of a pixel on the globe's rim ends with
-// the globe.
+// window of a wall pixel beside the globe continues on hidden pixels. Right: the window of a pixel on the globe's rim ends at
+// the globe's edge.
 #include "drawing.hpp"
 #include "sample.hpp"
 

@@ -1,6 +1,6 @@
 // The same convolution on an image and on a layered image. Both are graphs: an image is the graph whose links form a grid.
-// A 9 x 9 average runs on both. On the image, objects bleed into the background; on the layered image, each surface is averaged
-// separately.
+// A 9 x 9 average runs on both. On the image, the colors of objects bleed into the background. On the layered image, each
+// surface is averaged separately.
 #include "drawing.hpp"
 #include "sample.hpp"
 

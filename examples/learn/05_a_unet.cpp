@@ -1,6 +1,6 @@
-// A U-Net on layered images. Its weights are set by hand instead of learned, so that its work is visible: the encoder averages
-// known colors, and the decoder fills unknown pixels from the coarser level. Because it runs on links, hidden surfaces get the
-// colors of the surfaces that they continue, not of those in front.
+// A U-Net on layered images. Its weights are set by hand instead of learned, so that its effect is easy to see: the encoder
+// averages known colors, and the decoder fills unknown pixels from the coarser level. Because the network follows links, hidden
+// surfaces get the colors of the surfaces that they continue, not the colors of the surfaces in front.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -11,9 +11,10 @@
 #include <cstdio>
 
 struct unet {
-    ldi::convolution_layer encode, decode;  // one of each, used on every level
+    ldi::convolution_layer encode, decode;  // shared by all levels
 
-    /// fine  feature map of g
+    /// fine    feature map of g
+    /// levels  number of coarser levels to use; 0 returns `fine`
     ldi::feature_map operator()(const ldi::graph& g, const ldi::feature_map& fine, int levels) const {
         if (levels == 0) return fine;
         const ldi::coarsened half = ldi::coarsen(g);
@@ -30,7 +31,7 @@ unet averaging_unet() {
     for (std::size_t i = 0; i < c; ++i) {
         for (std::size_t e = 0; e < k; ++e) {
             down[(i * c + i) * k + e] = 1.0F / k;
-            up[(i * 2 * c + i) * k + e] = 1e-3F / k;  // a small weight for the coarser level, for unknown pixels
+            up[(i * 2 * c + i) * k + e] = 1e-3F / k;  // a small weight for the coarser level: matters only at unknown pixels
         }
         up[(i * 2 * c + c + i) * k + k / 2] = 1.0F;  // the full weight for this level
     }

@@ -1,5 +1,5 @@
-// Behind each silhouette the farther surface grows by one pixel per iteration, here for 40 iterations. The frames show the hidden
-// pixels after 1, 8, 20 and 40 iterations, the newest brightest, over the darkened photo.
+// Behind each silhouette the farther surface grows by one pixel per iteration, here for 40 iterations. The frames show the
+// hidden pixels over the darkened photo after 1, 8, 20 and 40 iterations. Newer pixels are brighter.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -15,7 +15,7 @@ int main() {
     ldi::close_spurious_discontinuities(layer, curves);
 
     std::vector<learn::picture> frames;
-    ldi::buffer<int> born;  // per pixel: iteration in which it was made
+    ldi::buffer<int> born;  // iteration that added each pixel
     int iteration = 0;
     const auto watch = [&](const ldi::graph_view& g, std::span<const float>, std::size_t first_hidden) {
         born.resize(g.size(), ++iteration);

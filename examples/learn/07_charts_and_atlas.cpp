@@ -1,7 +1,7 @@
-// A layered image can have several pixels at one position; a texture cannot. It is therefore divided into charts with at most
-// one pixel per position, and the charts are packed into an atlas, padded for texture filters and JPEG. Left: the charts as seen
-// in the photo. Middle: the atlas. Right: the source of each color: the photo, inpainting (dark blue), padding (pink, red,
-// green).
+// A layered image can have several pixels at one position; a texture cannot. make_charts() therefore divides the layered image
+// into charts with at most one pixel per position. make_atlas() packs the charts into one texture, with padding for texture
+// filters and JPEG. Left: the charts as seen in the photo. Middle: the atlas. Right: the source of each color: the photo,
+// inpainting (dark blue), padding (pink, red, green).
 #include "drawing.hpp"
 #include "sample.hpp"
 

@@ -1,5 +1,5 @@
 // Maps a mesh to the Eigen matrices V, F and UV, without a copy and in libigl's convention: one row per vertex or triangle.
-// Computes its area, and fits planes to the wall and the table by least squares.
+// Computes the mesh's area, and fits planes to the wall and the table by least squares.
 #include "whole_sample.hpp"
 
 #include <ldi/adapt/eigen.hpp>
@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-/// Returns the unit normal of the plane through points, and their root mean square distance from it.
+/// Fits a plane to points. Returns its unit normal, and the root mean square distance of the points from the plane.
 std::pair<Eigen::Vector3f, float> plane_through(const Eigen::MatrixX3f& points) {
     const Eigen::MatrixX3f around = points.rowwise() - points.colwise().mean();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes(around.transpose() * around);
@@ -24,7 +24,7 @@ std::pair<Eigen::Vector3f, float> plane_through(const Eigen::MatrixX3f& points) 
 int main() {
     const learn::sample photo = learn::load_sample(learn::everything, 4);
     ldi::photo3d_options options;
-    options.frame = ldi::photo_frame::crop, options.focal_length_35mm = 32.55F;  // the sample's own surfaces and camera
+    options.frame = ldi::photo_frame::crop, options.focal_length_35mm = 32.55F;  // the sample's frame and camera
     options.normalize = {.clipped_share = 0, .is_inverse_depth = false, .assumed_range = {0.687F, 2.047F}};
     const ldi::photo3d made =
         ldi::make_photo3d(photo.color, ldi::given_disparity{photo.disparity}, ldi::diffusion_inpainter{}, options);

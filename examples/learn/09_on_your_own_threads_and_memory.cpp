@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <thread>
 
-/// Your job system: ldi requires only two members.
+/// Your job system: ldi requires only these two members.
 struct engine_jobs {
     std::size_t concurrency() const { return 2; }
     void run(std::size_t count, void (*function)(void*, std::size_t), void* data) const {
@@ -26,7 +26,7 @@ struct engine_jobs {
     }
 };
 
-/// Your allocator, with a budget. If it refuses memory, std::bad_alloc is thrown, and the stage returns all memory that it had.
+/// Your allocator, with a budget. If it refuses memory, ldi throws std::bad_alloc and releases the memory that it used.
 struct engine_heap {
     std::atomic<std::size_t> used{0}, peak{0}, budget{256 << 20};
 
@@ -48,7 +48,7 @@ int main() {
     const ldi::memory memory{&heap, engine_heap::allocate, engine_heap::release};
     const ldi::memory_scope scope(memory);
     ldi::photo3d_options options;
-    options.normalize.is_inverse_depth = false;  // the sample's disparity reaches 0, which 1 / distance cannot
+    options.normalize.is_inverse_depth = false;  // the sample's disparity contains 0, so it cannot be 1 / distance
     const ldi::photo3d made =
         ldi::make_photo3d(photo.color, ldi::given_disparity{photo.disparity}, ldi::diffusion_inpainter{}, options, engine_jobs{});
     const ldi::buffer<std::byte> file = ldi::encode_glb(

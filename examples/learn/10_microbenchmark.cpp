@@ -1,5 +1,5 @@
-// A convolution on a layered image costs little more than on an image with the same number of pixels, because a layered image
-// consists mostly of image rows: linked pixels that are contiguous in memory. Google Benchmark measures the difference.
+// A convolution takes little longer on a layered image than on an image with the same number of pixels. The reason is that a
+// layered image consists mostly of rows: linked pixels that are contiguous in memory. Google Benchmark measures the difference.
 #include "whole_sample.hpp"
 
 #include <ldi/nn/ldi/convolution_layer.hpp>

@@ -1,5 +1,5 @@
-// The price of silhouettes: the same convolution on an image that is cut into ever smaller squares, each a separate surface. The
-// windows of pixels beside a cut are irregular: their neighbors are gathered link by link.
+// Measures the cost of silhouettes: runs one convolution on an image that is cut into ever smaller squares, each a separate
+// surface. Pixels beside a cut have irregular windows, whose pixels are gathered link by link.
 #include <ldi/nn/ldi/convolution_layer.hpp>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ ldi::graph cut_image(std::int32_t width, std::int32_t height, std::int32_t side)
     return std::move(b).build();
 }
 
-/// Returns the nanoseconds of processor time per pixel, the minimum of 5 runs, and the share of irregular pixels.
+/// Returns the processor time per pixel in nanoseconds (minimum of 5 runs), and the share of irregular pixels.
 std::pair<double, double> measure(const ldi::convolution_layer& layer, const ldi::graph& g, std::size_t channels) {
     const ldi::convolution_plan plan = ldi::plan_convolution(g, 3);
     ldi::feature_map input(g.size(), channels);
@@ -42,7 +42,8 @@ int main() {
     std::printf("squares   irregular   ns per pixel   an irregular pixel costs as much as\n");
     for (const std::int32_t side : {160, 80, 40, 20, 10, 5}) {
         const auto [time, share] = measure(layer, cut_image(640, 480, side), channels);
-        // If an irregular pixel costs `k` regular ones, a share of s more irregular pixels takes 1 + s (k - 1) times as long.
+        // If an irregular pixel takes k times as long as a regular one, a share s of irregular pixels multiplies the time by
+        // 1 + s (k - 1).
         std::printf("%7d %9.1f %% %12.1f %14.1f pixels of an image\n", side, 100 * share, time,
                     1 + (time / image - 1) / (std::max)(share - border, 1e-9));
     }

@@ -1,5 +1,5 @@
-// Is an idea worth its code? Leave it out, and count what breaks. For each row, the program makes the layered image of an archway
-// and its charts, without one of the paper's ideas.
+// An ablation: measures the effect of each idea by leaving it out. For each row, the program makes the layered image of an
+// archway and its charts without one of the paper's ideas, and prints counts.
 #include "sample.hpp"
 
 #include <ldi/charts/charts.hpp>

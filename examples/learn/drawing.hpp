@@ -1,4 +1,4 @@
-// Drawing for the lessons: a canvas, and layered images as tiles in space, seen from the side.
+// Drawing functions for the lessons: a canvas, and layered images drawn as tiles in space, seen from the side.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -38,7 +38,7 @@ struct point {
     float x, y;
 };
 
-/// Draws smooth shapes on a colored sheet, in pixels of the final picture.
+/// Draws antialiased shapes. Coordinates are in pixels of the final picture.
 class canvas {
 public:
     canvas(std::size_t width, std::size_t height) : sheet_(height * fine, width * fine, 3) {
@@ -109,16 +109,17 @@ rgb color_of(const Layers& layers, std::int32_t pixel) {
     return {c[0], c[1], c[2]};
 }
 
-/// Mixes a color with the color of the background, for parts outside the topic.
+/// Fades a color toward the background, for the less important parts of a picture.
 inline rgb faded(rgb color) {
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<std::uint8_t>((color[c] + paper[c]) / 2);
     return color;
 }
 
-/// Projects a layered image as seen from the right and from above. Pixels rise from its plane in proportion to their disparity.
+/// Projects a layered image as seen from the right and from above. Pixels rise from the image plane in proportion to their
+/// disparity.
 class side_view {
 public:
-    /// middle   position in the picture of the layered image's center at disparity 0
+    /// middle   position of the layered image's center at disparity 0, in pixels of the picture
     /// tile     side of a pixel, in pixels of the picture
     /// stretch  height of disparity 1 in tiles
     side_view(const ldi::graph_view& g, point middle, float tile, float stretch)
@@ -148,8 +149,7 @@ private:
 };
 
 /// Draws every pixel as a tile, and every link as a bar between tiles; tiles of hidden pixels have a blue rim.
-///
-/// color(pixel)  color of its tile
+/// color(pixel)  returns the color of the pixel's tile (rgb)
 template <class Layers, class Color>
 void draw_tiles(canvas& sheet, const Layers& layers, const side_view& from, Color&& color) {
     const ldi::graph& g = layers.topology();
@@ -174,7 +174,7 @@ void draw_tiles(canvas& sheet, const Layers& layers, const side_view& from, Colo
     }
 }
 
-/// Draws a magnified picture, every pixel as a tile.
+/// Draws a magnified picture: each pixel becomes a square of side `tile`. `corner` is the upper left corner.
 inline void draw_pixels(canvas& sheet, const picture& photo, point corner, float tile) {
     for (std::size_t y = 0; y < photo.height(); ++y)
         for (std::size_t x = 0; x < photo.width(); ++x) {
@@ -185,9 +185,9 @@ inline void draw_pixels(canvas& sheet, const picture& photo, point corner, float
         }
 }
 
-/// Draws a layered image as its camera sees it, or with the farthest pixel at every position instead of the nearest.
-///
-/// color(pixel)  red, green, blue
+/// Draws a layered image as its camera sees it. Every position must have a pixel.
+/// farthest      draw the farthest pixel at every position instead of the nearest
+/// color(pixel)  returns the pixel's color (rgb)
 template <class Layers, class Color>
 picture seen(const Layers& layers, bool farthest, Color&& color) {
     const ldi::graph& g = layers.topology();
@@ -225,8 +225,7 @@ inline picture side_by_side(std::initializer_list<picture> pictures) {
 }
 
 /// Draws a mesh's triangles from the photo's camera, each in the mean color of its vertices.
-///
-/// color(vertex)  three values, 0 to 1
+/// color(vertex)  returns red, green and blue, 0 to 1
 template <class Color>
 picture draw_triangles(const ldi::textured_mesh& mesh, const ldi::pinhole_camera& camera, Color&& color) {
     canvas sheet(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height));

@@ -1,10 +1,11 @@
-// Writes the crops of the sample that lessons read with ldi's headers alone: globe and archway, each as .ppm and .pgm.
+// Writes the crops of the sample for the lessons that use only ldi's headers: globe and archway, each as .ppm and .pgm.
 //
 //     learn_make_crops FOLDER
 #include "whole_sample.hpp"
 
 #include <cmath>
 #include <fstream>
+#include <iostream>
 #include <string>
 
 namespace {
@@ -23,7 +24,11 @@ void save(const std::string& path, const learn::sample& crop) {
 
 }  // namespace
 
-int main(int, char** arguments) {
+int main(int count, char** arguments) {
+    if (count != 2) {
+        std::cerr << "usage: learn_make_crops FOLDER\n";
+        return 1;
+    }
     const std::string folder = arguments[1];
     save(folder + "/globe", learn::load_sample(learn::globe, 14));
     save(folder + "/archway", learn::load_sample(learn::archway, 2));

@@ -25,7 +25,8 @@ struct sample {
     ldi::image<float> disparity;     ///< H x W x 1, in [0, 1]
 };
 
-/// Reads a part of the sample beside this header: NAME.ppm, and its disparity in NAME.pgm with 16 bits per value.
+/// Reads a part of the sample from the folder of this header: colors from NAME.ppm, and disparity from NAME.pgm with 16 bits
+/// per value. Raises file_access if a file is missing or truncated.
 inline sample load_crop(const std::string& name) {
     const std::string path = (std::filesystem::path(__FILE__).parent_path() / name).string();
     const auto read = [&](const char* extension, auto&& make) {
@@ -35,7 +36,8 @@ inline sample load_crop(const std::string& name) {
         file >> format >> width >> height >> largest;
         file.get();
         make(width, height, [&] { return static_cast<unsigned>(file.get()); });
-        if (!file) ldi::raise(ldi::error_code::file_access, path + extension, "a picture", "none, or a truncated one");
+        if (!file)
+            ldi::raise(ldi::error_code::file_access, path + extension, "a complete picture", "a missing or truncated file");
     };
     sample result;
     read(".ppm", [&](std::size_t width, std::size_t height, auto&& next) {
@@ -52,7 +54,7 @@ inline sample load_crop(const std::string& name) {
     return result;
 }
 
-/// Returns the facts of a photo from a phone's main camera, with the default range of distances.
+/// Returns the photo_facts of a phone's main camera, with the default depth range.
 inline ldi::photo_facts facts_of(const sample& from) {
     const std::int32_t width = static_cast<std::int32_t>(from.color.width()),
                        height = static_cast<std::int32_t>(from.color.height());
@@ -61,8 +63,8 @@ inline ldi::photo_facts facts_of(const sample& from) {
     return facts;
 }
 
-/// Makes a layered image as in lesson 1, whose hidden surfaces have grown by `iterations` pixels. Colors directly at silhouettes,
-/// where the lens mixed two surfaces, count as unknown.
+/// Makes a layered image as in lesson 1, whose hidden surfaces have grown by `iterations` pixels. Marks colors at silhouettes,
+/// where the lens mixes two surfaces, as unknown.
 inline ldi::photo_layers layers_of(const sample& from, int iterations) {
     ldi::photo_layer layer = ldi::lift(from.color, from.disparity);
     const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(layer);

@@ -1,4 +1,4 @@
-// Arguments of photo3d, and the settings derived from them. options.hpp reads them from the command line.
+// Arguments of photo3d, which options.hpp reads from the command line, and the settings derived from these arguments.
 #pragma once
 
 #include "compression.hpp"
@@ -23,7 +23,7 @@
 namespace ldi::examples {
 
 struct arguments {
-    std::vector<std::filesystem::path> photos;  // one; with --batch any number, also folders and lists
+    std::vector<std::filesystem::path> photos;  // one photo; with --batch, any number of photos, folders and lists
     std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, silhouette_model, stages, report, data,
         stereo_image, usdz, gallery;
     bool batch = false, skip_existing = false, embed = false;
@@ -53,7 +53,7 @@ struct arguments {
 
 inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors";
 
-/// Reports named weights that do not exist, before any work. Raises file_access.
+/// Checks before the conversion that the weight files named by options exist. Raises file_access.
 inline void check_weights(const arguments& a) {
     std::error_code ignored;
     const bool is_published = std::filesystem::is_directory(a.depth_model, ignored);
@@ -63,7 +63,8 @@ inline void check_weights(const arguments& a) {
     check_input(a.silhouette_model, "weights of the silhouette network");
 }
 
-/// Finds the weights that no option names.
+/// Finds the weights that no option names. Raises file_access if named weights do not exist, and invalid_option if weights that
+/// the run needs are not found.
 inline void find_weights(arguments& a, const std::filesystem::path& data) {
     a.uses_depth_of_photo = a.depth.empty() && a.depth_model.empty();
     if (a.depth == "none") a.depth.clear();

@@ -1,6 +1,6 @@
-// Converts many photos in one run: `photo3d --batch`. One thread reads files; one thread per core converts a photo; other
-// threads write files, so that no core waits for a disk. Networks are loaded once. A photo that fails is reported in its line of
-// the output.
+// Converts many photos in one run: `photo3d --batch`. One thread reads files. One thread per core converts photos. Other
+// threads write files, so that no core waits for a disk. The networks are loaded once. If a photo fails, its line of the output
+// has the error.
 #pragma once
 
 #include "arguments.hpp"
@@ -52,7 +52,7 @@ struct batch_job {
     std::size_t index = 0;
     photo_files names;
     output_files files;
-    std::vector<std::byte> photo;  ///< bytes of its file
+    std::vector<std::byte> photo;  ///< content of the photo's file
     map_content map;
     std::vector<std::pair<std::filesystem::path, std::vector<std::byte>>> made;  ///< files to write
     memory_share memory;                                                         ///< its share of the budget
@@ -162,7 +162,7 @@ inline exit_code batch::run() {
     return is_defect_ ? exit_defect : may_succeed_later_ ? exit_try_again : has_failed_ ? exit_never : exit_done;
 }
 
-/// Checks a photo's names, reads its files once there is memory for it, and passes it to a converting thread.
+/// Checks a photo's names, reads its files when enough memory is available, and passes the job to a converting thread.
 inline void batch::read(batch_list::item item) {
     job_pointer job = std::make_unique<batch_job>();
     job->index = next_index_++;
@@ -199,7 +199,7 @@ inline bool batch::claim_outputs(const photo_files& names) {
     return are_there;
 }
 
-/// Reads a photo's files and waits for memory for the photo.
+/// Reads a photo's files, and waits until the memory for its conversion is reserved.
 inline void batch::load(batch_job& job) {
     const auto reserve = [&](const std::filesystem::path& file) {
         std::error_code unknown;
@@ -224,13 +224,13 @@ inline void batch::load(batch_job& job) {
             return cost_with(job.map.bytes);
         } catch (const error&) {
             if (!job.names.depth.empty()) throw;
-            return cost_with({});  // the photo is converted without an invalid map beside it
+            return cost_with({});  // if the map beside the photo is invalid, the photo is converted without it
         }
     }();
     const std::size_t files = job.photo.size() + job.map.bytes.size();
     job.held = files + 3 * cost.width * cost.height + cost.held_by_maps;
     const std::size_t alone = memory_for(cost, files, arguments_), largest = budget_->for_one();
-    // Photos converted at the same time leave gaps between each other's blocks (measured: up to 7 %).
+    // The memory blocks of photos that are converted at the same time have gaps between them (measured: up to 7 %).
     job.memory.grow(*budget_, std::max(alone, std::min(alone + alone / 8, largest)), name);
     if (job.is_large) job.memory.grow(*budget_, largest, name);
 }

@@ -63,7 +63,7 @@ inline photo_files read_list_line(const std::string& line, const std::string& wh
                   "\"" + key.substr(0, shown) + "\"");
         read(*found->second, text, key);
     }
-    if (names.photo.empty()) raise(error_code::invalid_data, where, "a \"photo\"", "none");
+    if (names.photo.empty()) raise(error_code::invalid_data, where, "a member \"photo\"", "none");
     return names;
 }
 
@@ -106,7 +106,7 @@ struct photo_folder {
             const std::string extension = extension_of(name);
             if (is_photo_extension(extension) && entry.is_regular_file())
                 photos.push_back(entry.path());
-            else if (extension != ".glb" && extension != ".html")  // outputs of an earlier run
+            else if (extension != ".glb" && extension != ".html")  // skips outputs of an earlier run
                 others.push_back(entry.is_directory() ? name + "/" : name);
         }
         std::sort(photos.begin(), photos.end()), std::sort(others.begin(), others.end());
@@ -125,7 +125,7 @@ private:
     }
 };
 
-/// All photos, in the order in which they are named.
+/// All photos of a batch, in the order in which the command line and the lists name them.
 class batch_list {
 public:
     struct item {
@@ -135,7 +135,7 @@ public:
 
     explicit batch_list(const arguments& a) : sources_(a.photos.begin(), a.photos.end()), is_quiet_(a.quiet) {}
 
-    /// Counts the photos, if their number is known before the last one is read.
+    /// Counts the photos. Empty if the number is unknown in advance: a list comes from a pipe, or a folder can't be read.
     static std::optional<std::size_t> count(const arguments& a) try {
         std::size_t count = 0;
         for (const std::filesystem::path& source : a.photos) {
@@ -238,7 +238,8 @@ private:
     bool is_quiet_;
 };
 
-/// Rejects options that apply only to single photos, and creates the folders that options name.
+/// Rejects options that apply only to single photos, and creates the folders that options name. Raises invalid_option,
+/// file_access, unavailable.
 inline void check_batch_options(const arguments& a) {
     const auto refuse = [](const std::string& option) {
         raise(error_code::invalid_option, option, "one photo, without --batch", "a batch");

@@ -25,7 +25,7 @@ inline void write_line(const nlohmann::ordered_json& line) {
     print_text(line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
-/// Selects the figures of a photo's line from its report, and the notes if there are any.
+/// Copies the figures for a photo's line, and the notes if there are any, from the photo's report.
 inline nlohmann::ordered_json line_figures(const nlohmann::ordered_json& report) {
     const double pixels = report["width"].get<double>() * report["height"].get<double>();
     const auto rounded = [](double value, double digits) { return std::round(value * digits) / digits; };
@@ -88,7 +88,7 @@ private:
     double seconds() const { return std::chrono::duration<double>(clock::now() - begun_).count(); }
     double rate() const { return static_cast<double>(count(outcome::converted)) / std::max(seconds(), 1e-3); }
 
-    /// Formats the progress: "120 of 1000 photos, 2 failed, 11.3 photos/s, 1:18 left".
+    /// Formats the progress: "120 of 1000 photos, 2 failed, 11.3 photos/s, 0:01:18 left".
     std::string progress() const {
         const std::size_t done = counts_[0] + counts_[1] + counts_[2];
         std::string text = std::to_string(done) + (total_ ? " of " + std::to_string(*total_) : std::string()) + " photos";

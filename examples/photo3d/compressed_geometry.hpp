@@ -54,7 +54,8 @@ inline void sort_for_compression(primitive_geometry& g) {
     sort(g.positions, 3);
 }
 
-/// A grid of 2^bits positions along each axis. The file stores integers; the node scales and moves them.
+/// A grid of 2^bits positions along each axis. The file stores the positions as integers, which the mesh's node scales and
+/// moves.
 struct position_grid {
     std::array<float, 3> lowest, step;
     int bits;
@@ -99,6 +100,9 @@ inline std::optional<position_grid> find_grid(std::span<const primitive_geometry
     return std::nullopt;
 }
 
+/// Compresses a vertex column.
+///
+/// stride  bytes per vertex, a multiple of 4
 template <class Scalar>
 compressed_stream compress_column(const std::vector<Scalar>& values, std::size_t stride) {
     compressed_stream result;
@@ -110,8 +114,8 @@ compressed_stream compress_column(const std::vector<Scalar>& values, std::size_t
     return result;
 }
 
-/// Compresses positions as integers on the grid. Each vertex has a fourth integer, 0, because its size must be a multiple of 4
-/// bytes.
+/// Compresses positions as integers on the grid. Each vertex has a fourth integer, 0, because the size of a vertex must be a
+/// multiple of 4 bytes.
 inline compressed_stream compress_positions(const std::vector<float>& positions, const position_grid& grid) {
     std::vector<std::uint16_t> places(positions.size() / 3 * 4);
     for (std::size_t i = 0; i < positions.size(); ++i) places[i / 3 * 4 + i % 3] = grid.place(positions[i], i % 3);
@@ -119,7 +123,7 @@ inline compressed_stream compress_positions(const std::vector<float>& positions,
 }
 
 /// Compresses positions as floats with as few bits as `precision` allows; the coordinates of a vertex share an exponent. Replaces
-/// `positions` with the decoded values. For scenes whose depth range is too large for a grid.
+/// `positions` with the decoded values. Use this function for scenes whose depth range is too large for a grid.
 inline compressed_stream compress_positions(std::vector<float>& positions, float precision) {
     const std::size_t count = positions.size() / 3;
     std::vector<std::uint32_t> filtered(positions.size()), decoded;
@@ -150,8 +154,8 @@ inline compressed_stream compress_triangles(const primitive_geometry& g) {
     return result;
 }
 
-/// Grid of integer texture coordinates, in texels or fractions of a texel. Most coordinates are corners of pixels, which lie on
-/// it.
+/// Grid of integer texture coordinates, in texels or fractions of a texel. Most coordinates are corners of texels, and these
+/// lie on the grid.
 struct texel_grid {
     std::array<float, 2> parts;  ///< number of grid cells along each side of the texture
 

@@ -27,15 +27,15 @@ struct compression_options {
     /// Maximum shift of a vertex in the photo camera's view, measured in the plane at distance 1. The default is a tenth of a
     /// pixel for a focal length of 2000 pixels.
     float precision = 5e-5F;
-    /// The textures as WebP files of the same size, in order. If empty, the textures stay.
+    /// The textures as WebP files of the same size, in order. If empty, the textures stay unchanged.
     std::span<const std::vector<std::byte>> webp;
     /// Keeps the original textures in addition to the WebP files, for viewers that don't support WebP.
     bool keeps_texture = false;
 };
 
 /// Compresses a 3D photo. Drops unused vertices; translucent triangles keep their order. Viewers must support the extensions
-/// that the file requires: those of EXT_meshopt_compression, KHR_mesh_quantization, KHR_texture_transform and EXT_texture_webp
-/// that this photo uses.
+/// that the file requires: EXT_meshopt_compression, and, if this file uses them, KHR_mesh_quantization, KHR_texture_transform
+/// and EXT_texture_webp.
 ///
 /// glb  result of encode_glb(). Raises invalid_data for another file
 std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const compression_options& options = {});

@@ -20,7 +20,7 @@ namespace ldi::examples {
 
 struct compression_choice {
     bool is_wanted = false;
-    std::string texture = "webp";
+    std::string texture = "webp";  ///< webp, jpeg or both
 };
 
 /// Raises invalid_option if compression is requested but its libraries were missing at build time. Call it before the
@@ -63,9 +63,10 @@ inline std::size_t total_bytes(const std::vector<std::vector<std::byte>>& files)
     return sum;
 }
 
-/// Returns the plain GLB, or a compressed one.
+/// Returns the plain GLB, or a compressed one if requested. Raises the errors of check_compression() and compress_glb().
 ///
-/// files         textures of the plain GLB
+/// plain         result of encode_glb()
+/// files         the textures, as JPEG and, if requested, as WebP
 /// focal_length  focal length of the camera in pixels
 inline written_glb compressed(std::span<const std::byte> plain, const texture_files& files, [[maybe_unused]] float focal_length,
                               const compression_choice& c) {
@@ -73,8 +74,8 @@ inline written_glb compressed(std::span<const std::byte> plain, const texture_fi
     const std::size_t jpeg_bytes = total_bytes(files.jpeg);
     if (!c.is_wanted) return {{plain.begin(), plain.end()}, jpeg_bytes};
 #if defined(LDI_WITH_COMPRESSION)
-    // A tenth of a pixel. Renderings of the compressed file then have a PSNR of 50 dB to those of the plain file. The texture's
-    // JPEG or WebP alone causes a larger error.
+    // A tenth of a pixel. Renderings of the compressed file then have a PSNR of 50 dB relative to those of the plain file. The
+    // error of the texture's JPEG or WebP encoding is larger.
     compression_options options;
     options.precision = 0.1F / focal_length;
     options.webp = files.webp, options.keeps_texture = c.texture == "both";

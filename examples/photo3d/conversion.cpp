@@ -1,4 +1,5 @@
-// The functions of conversion.hpp. A file of its own, because it takes most of the time to compile the programs that use them.
+// Defines the functions of conversion.hpp. They are in a separate file, because compiling them takes longer than compiling the
+// rest of a program that uses them.
 #include "conversion.hpp"
 
 #include "depth_direction.hpp"

@@ -52,10 +52,10 @@ struct networks {
 /// Loads all networks but the depth network. Raises the errors of reading weights.
 networks load_networks(const arguments& a, stage_clock& clock);
 
-/// Names of one photo's inputs and outputs. Empty: not requested.
+/// Names of one photo's inputs and outputs. An empty name means that the file is not requested.
 struct photo_files {
     std::filesystem::path photo, depth, glb, html, report;
-    bool are_own = false;               ///< default names, not requested by the user: they replace only files of this program
+    bool are_own = false;               ///< default names, not named by the user: they replace only files of this program
     bool are_files = true;              ///< false: only the photo's name is known, and no file lies beside it
     std::filesystem::path poster = {};  ///< small JPEG of the photo, for --embed and --gallery
     std::filesystem::path beside = {};  ///< depth map beside the photo, found by find_map_beside()
@@ -75,7 +75,7 @@ inline const std::filesystem::path& map_file(const photo_files& names) {
 /// Content of map_file(). Both members are empty if there is no map.
 struct map_content {
     std::vector<std::byte> bytes;
-    std::string unreadable;  ///< why the map beside the photo can't be read; such a map does not stop its photo
+    std::string unreadable;  ///< reason why the map beside the photo can't be read; the photo is then converted without it
 };
 
 /// Reads map_file(). If an option names the map, raises the errors of `read`; otherwise only out_of_memory and unavailable.
@@ -91,16 +91,17 @@ map_content read_map(const photo_files& names, Read&& read) {
     }
 }
 
-/// Decodes a photo with the named depth map, or with its own depth unless an option excludes it.
+/// Decodes a photo with the depth map that an option names, or otherwise with the depth beside or inside the photo, unless an
+/// option excludes that depth. Raises the errors of decoding; invalid_option if there is neither depth nor a depth network.
 photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
                               const map_content& map, const networks& loaded, thread_pool& threads);
 
-/// Converts a photo.
+/// Converts a photo. Raises the errors of make_photo3d().
 ///
-/// input  its depth map is moved out; its colors are released unless texture_of() draws sheets from them
+/// input  result of decode_input(). Loses its depth map, and its colors unless texture_of() draws sheets from them
 photo3d convert(const arguments& a, photo_with_depth& input, const networks& loaded, stage_clock& clock, thread_pool& threads);
 
-/// Bytes of a 3D photo.
+/// Encoded files of a 3D photo.
 struct encoded_photo3d {
     texture_files textures;  ///< only if a USDZ file is requested
     std::vector<std::byte> glb;
@@ -113,13 +114,17 @@ struct encoded_photo3d {
 /// a  same arguments as for convert()
 photo_texture texture_of(const photo3d& made, const photo_with_depth& input, const arguments& a, thread_pool& threads);
 
+/// Encodes the textures and the GLB file of a converted photo.
 encoded_photo3d encode(const photo3d& made, const photo_texture& texture, const arguments& a, const photo_files& names,
                        stage_clock& clock, thread_pool& threads);
 
 /// Derives default names of outputs from the photo's name. Call it if the user names no output.
+///
+/// viewer  the viewer's page; if it does not exist, the HTML file gets no name
 void name_outputs(photo_files& names, const std::filesystem::path& viewer);
 
-/// Reports problems with names before any work. Raises invalid_option, file_access.
+/// Checks the names of a photo's files before the conversion starts, and registers them in `files`. Raises invalid_option,
+/// file_access.
 void check_names(const photo_files& names, const arguments& a, output_files& files);
 
 /// Collects the figures of a converted photo, and notes on it.

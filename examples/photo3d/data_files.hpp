@@ -42,6 +42,7 @@ public:
         folders_.insert(folders_.begin(), named);
     }
 
+    /// Returns the path of a file in the first folder that contains it; empty if none does.
     std::optional<std::filesystem::path> find(const std::string& file) const {
         std::error_code ignored;
         for (const std::filesystem::path& folder : folders_)

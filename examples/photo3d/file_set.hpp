@@ -1,10 +1,10 @@
-// A set of files. Either all of them appear under their names, each complete, or none does. They are written to a temporary
-// folder beside their targets, flushed to the disk, and then renamed. Existing targets stay unchanged until all files are
-// complete, and are restored if one of the files can't be put in its place.
+// A set of files. Either all of them appear under their names, each complete, or none does. The files are written to a
+// temporary folder beside their targets, flushed to the disk, and then renamed. Existing targets stay unchanged until all files
+// are complete, and are restored if one of the files can't be put in its place.
 //
-// Symbolic links are followed, and permissions and owner are kept. If renaming would lose something (a file with hard links, or
-// an owner that can't be set on a new file), the old file is overwritten; meanwhile its old and new content are kept beside it
-// in a folder .ldi-NUMBER.recover, in case of a power failure. Devices and pipes, which can't be replaced, are written directly.
+// Symbolic links are followed, and permissions and owner are kept. If renaming would lose hard links, or an owner that can't be
+// set on a new file, the old file is overwritten instead. Meanwhile, a folder .ldi-NUMBER.recover beside the file holds the old
+// and the new content, in case of a power failure. Devices and pipes, which can't be replaced, are written directly.
 //
 // A killed process can't remove its temporary files. The next set that writes to the same folder removes them. A process that is
 // killed during the renames, which take microseconds, leaves some files new and others old, each of them complete.
@@ -98,7 +98,7 @@ private:
     bool is_discarded_ = false, removes_abandoned_ = true;
 };
 
-/// Determines how and where a file can be written. Raises an error if it can't.
+/// Determines how and where a file can be written. Raises invalid_option, file_access, unavailable.
 inline file_set::entry file_set::inspect(const std::filesystem::path& target) {
     if (!target.has_filename())
         raise(error_code::invalid_option, target.empty() ? "output" : target.string(), "the name of a file",
@@ -131,7 +131,7 @@ inline file_set::entry file_set::inspect(const std::filesystem::path& target) {
     return e;
 }
 
-/// Identifies a file: two names of one file have at least one identity in common.
+/// Returns the identities of a file. Two names of the same file have at least one identity in common.
 inline std::vector<std::string> file_set::identities(const std::filesystem::path& file) {
     std::vector<std::string> all{follow_links(file).string()};
     if (std::string identity = file_identity(file); !identity.empty()) all.push_back(std::move(identity));
@@ -211,7 +211,7 @@ inline void file_set::create_folder(const std::filesystem::path& folder) {
     if (!std::filesystem::is_directory(folder, failure)) raise(error_code::file_access, folder.string(), "a folder", "a file");
 }
 
-/// Copies ownership and permissions of the old file to the temporary file, and flushes it to the disk.
+/// Copies ownership and permissions of the old file to the temporary file, and flushes the temporary file to the disk.
 inline void file_set::make_ready(entry& e) const {
     std::error_code ignored;
     if (e.put == way::rename && std::filesystem::exists(e.place, ignored) && copy_ownership(e.place, temporary(e)) != 0)
@@ -250,11 +250,11 @@ inline void file_set::take_back(const entry& e) {
     } else if (e.put == way::rename) {
         std::filesystem::rename(old(e), e.place, ignored);
     } else if (overwrite(e.place, old(e)) != 0) {
-        stagings_[e.staging].path.clear();  // its content is the only copy and must remain
+        stagings_[e.staging].path.clear();  // keeps this folder, which has the only copy of the old content
     }
 }
 
-/// Removes the devices and pipes from the set, and returns those to write. All other files are ready to be put in place.
+/// Prepares all regular files to be put in place. Removes the devices and pipes from the set, and returns those with content.
 inline std::vector<file_set::entry> file_set::take_direct() {
     const std::lock_guard guard(mutex_);
     refuse_if_discarded();
@@ -269,7 +269,10 @@ inline std::vector<file_set::entry> file_set::take_direct() {
     return direct;
 }
 
-/// Restores everything, and raises the error of one file.
+/// Restores all old files, and raises the error of one file.
+///
+/// failure  error number
+/// at       name of the file that failed
 inline void file_set::give_up(int failure, const std::filesystem::path& at) {
     const std::filesystem::path given = at;
     for (const entry& placed : entries_) take_back(placed);

@@ -1,6 +1,6 @@
-// File functions beyond the standard library: locks that end with their process, identities, and owners. On systems without POSIX
-// there are no locks: temporary folders of killed processes remain, and two processes that write the same set of files may mix
-// them.
+// File functions beyond the standard library: locks that end with their process, identities, and owners. Locks require POSIX.
+// On other systems, temporary folders of killed processes remain, and if two processes write the same set of files, the final
+// files may come from both.
 #pragma once
 
 #include <ldi/io/file.hpp>
@@ -97,11 +97,12 @@ inline std::string file_identity(const std::filesystem::path& path) {
     return std::to_string(found.st_dev) + ":" + std::to_string(found.st_ino);
 }
 
+/// Returns 0 if this process may write to a file or folder, otherwise an error number.
 inline int check_writable(const std::filesystem::path& path) {
     return ::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) == 0 ? 0 : last_error();
 }
 
-/// Copies owner, group and permissions from one file to another.
+/// Copies owner, group and permissions from one file to another. Returns 0 or an error number.
 inline int copy_ownership(const std::filesystem::path& from, const std::filesystem::path& to) {
     struct stat wanted, made;
     if (::stat(from.c_str(), &wanted) != 0 || ::stat(to.c_str(), &made) != 0) return last_error();
@@ -151,7 +152,8 @@ inline int copy_ownership(const std::filesystem::path& from, const std::filesyst
 
 #endif
 
-/// Overwrites an existing file with the content of another, so that all hard links of the file show the new content.
+/// Overwrites an existing file with the content of another, so that all hard links of the file show the new content. Returns 0
+/// or an error number.
 inline int overwrite(const std::filesystem::path& path, const std::filesystem::path& content) {
     errno = 0;
     std::ifstream from(content, std::ios::binary);

@@ -24,8 +24,8 @@ namespace ldi::examples {
 /// The gallery of a batch. The page refers to files by names relative to the page, so a folder can be moved as a whole.
 class gallery {
 public:
-    /// page    the file to write; a folder for small pictures of the photos is made beside it
-    /// viewer  the viewer's page; gallery.html, the page without photos, lies beside it
+    /// page    the file to write; the constructor makes a folder beside it for small pictures of the photos
+    /// viewer  the viewer's page; gallery.html, the gallery's page without photos, must lie beside it
     ///
     /// Errors: invalid_option, file_access; invalid_data if the viewer is of another version.
     gallery(const std::filesystem::path& page, const std::filesystem::path& viewer)
@@ -44,7 +44,8 @@ public:
         if (failure) raise_system_error(failure.value(), posters_, "a folder that can be created");
     }
 
-    /// Sets the names of the GLB, unless it has one, and of the small picture, which the page shows. Raises invalid_option.
+    /// Sets the name of the small picture that the page shows, and the name of the GLB file if it has none. Raises
+    /// invalid_option.
     void complete_names(photo_files& names) const {
         if (names.glb.empty()) names.glb = std::filesystem::path(names.html).replace_extension(".glb");
         if (!names.glb.has_filename())

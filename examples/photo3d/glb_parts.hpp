@@ -23,7 +23,7 @@ namespace ldi::examples {
 using glb_json = nlohmann::json;
 
 [[noreturn]] inline void raise_other_glb(const std::string& found) {
-    raise(error_code::invalid_data, "compress_glb", "a GLB file as encode_glb() writes it", found);
+    raise(error_code::invalid_data, "compress_glb", "a GLB file written by encode_glb()", found);
 }
 
 /// Parts of a GLB file.
@@ -53,7 +53,7 @@ public:
         return binary_.subspan(first, bytes);
     }
 
-    /// Reads all numbers of an accessor. Its type in the file must match the arguments.
+    /// Reads all numbers of an accessor. Raises invalid_data if its type in the file does not match the arguments.
     template <class Scalar>
     std::vector<Scalar> values(const glb_json& index, int component_type, std::size_t components) const {
         const glb_json& accessor = content.at("accessors").at(index.get<std::size_t>());
@@ -141,6 +141,10 @@ private:
     }
 };
 
+/// Returns a GLB file.
+///
+/// content  the JSON chunk
+/// binary   the binary chunk; its length must be a multiple of 4
 inline std::vector<std::byte> put_together(const glb_json& content, const std::vector<std::byte>& binary) {
     std::string text = content.dump();
     text.resize((text.size() + 3) / 4 * 4, ' ');

@@ -1,4 +1,4 @@
-// Text of --help: options in groups, with readable names of values, wrapped to a terminal's width.
+// Text of --help: options in groups, with readable names of values, wrapped at 100 columns.
 #pragma once
 
 #include <CLI/CLI.hpp>

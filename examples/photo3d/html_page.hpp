@@ -40,6 +40,7 @@ public:
     ///
     /// title     plain text
     /// photo     H x W x 3
+    /// glb       the GLB file
     /// is_whole  whether surfaces continue past the photo's border, so that the page can show the whole photo
     /// snippet   HTML that shows the photo in other pages; the page offers it for copying. Empty: none
     std::string with_photo(std::string_view title, const image<std::uint8_t>& photo, std::span<const std::byte> glb,
@@ -104,7 +105,7 @@ inline std::string in_url(std::string_view name) {
     return url;
 }
 
-/// Encodes the photo as a JPEG of a few tens of kilobytes.
+/// Encodes the photo as a JPEG of at most 512 pixels per side, which has a few tens of kilobytes.
 inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
@@ -134,7 +135,7 @@ inline std::string viewer_page::with_photo(std::string_view title, const image<s
                                            std::span<const std::byte> glb, bool is_whole, std::string_view snippet) const {
     const std::size_t after_title = title_ + title_marker.size(), after_photo = photo_ + photo_marker.size();
     std::string page;
-    page.reserve(text_.size() + (glb.size() + 2) / 3 * 4 + 200'000);  // without this, growing would need three times its memory
+    page.reserve(text_.size() + (glb.size() + 2) / 3 * 4 + 200'000);  // otherwise, appending needs up to three times the memory
     const std::string shown = escape_html(title);
     page += text_.substr(0, title_) + "<title>" + shown + "</title>" + text_.substr(after_title, photo_ - after_title) +
             "<photo-3d standalone caption=\"" + shown + "\" alt=\"3D photo " + shown + "\"" + element_size(photo, is_whole) +

@@ -1,5 +1,5 @@
-// SIGINT, SIGTERM and SIGHUP, or Ctrl-C on Windows, end the program immediately and leave no unfinished files. One thread waits
-// for the signals, so that its code is not restricted as signal handlers are.
+// SIGINT, SIGTERM and SIGHUP, or Ctrl-C on Windows, end the program immediately and leave no unfinished files. A separate
+// thread waits for signals, so that the restrictions of signal handlers do not apply to the code that reacts to them.
 #pragma once
 
 #include "file_set.hpp"
@@ -24,11 +24,11 @@ namespace ldi::examples {
 
 #if defined(_WIN32)
 
-/// While this object exists, Ctrl-C and closing the console discard the unfinished files before they end the program. One object
-/// at a time.
+/// While this object exists, Ctrl-C and closing the console discard the unfinished files before they end the program. Only one
+/// object may exist at a time.
 class interruption {
 public:
-    /// discard  called on a separate thread while others work; no file may be written after it
+    /// discard  called on a separate thread while others work; must prevent all later writes
     explicit interruption(std::function<void()> discard) {
         discard_ = std::move(discard);
         SetConsoleCtrlHandler(&interruption::end, TRUE);
@@ -37,7 +37,7 @@ public:
     interruption& operator=(const interruption&) = delete;
     ~interruption() { SetConsoleCtrlHandler(&interruption::end, FALSE); }
 
-    /// Does not return after Ctrl-C. Later failures are its consequence and need no message.
+    /// Does not return after Ctrl-C, because failures that Ctrl-C causes need no message.
     void end_if_signaled() const {
         while (is_ending_) Sleep(INFINITE);
     }
@@ -55,14 +55,14 @@ private:
 
 #else
 
-/// Process ID of the program that currently writes a file for this one, or 0.
+/// Process ID of the program (ffmpeg) that currently writes a file for this one, or 0.
 inline std::atomic<pid_t> helping_process{0};
 
-/// While this object exists, a signal discards the unfinished files before it ends the program. Create it before other threads,
-/// so that these inherit the blocked signals and only its own thread handles them.
+/// While this object exists, a signal discards the unfinished files before it ends the program. Create the object before other
+/// threads start: they inherit its mask of blocked signals, so that only the object's own thread receives signals.
 class interruption {
 public:
-    /// discard  called on a separate thread while others work; no file may be written after it
+    /// discard  called on a separate thread while others work; must prevent all later writes
     explicit interruption(std::function<void()> discard) : discard_(std::move(discard)) {
         sigemptyset(&signals_);
         sigaddset(&signals_, wake_up);
@@ -82,7 +82,7 @@ public:
         thread_.join();
     }
 
-    /// Does not return after a signal. Later failures are its consequence and need no message.
+    /// Does not return after a signal, because failures that the signal causes need no message.
     void end_if_signaled() const {
         while (is_ending_) pause();
     }

@@ -12,7 +12,7 @@
 
 namespace ldi::examples {
 
-/// More than any valid input of this program needs.
+/// Maximum nesting of arrays and objects, which is more than any valid input of this program needs.
 inline constexpr std::size_t max_json_depth = 16;
 
 /// Whether arrays and objects are nested deeper than max_json_depth.
@@ -34,6 +34,8 @@ inline bool is_nested_too_deep(std::string_view text) {
 }
 
 /// Parses JSON. Returns a discarded value for invalid text. Raises invalid_data for excessive nesting.
+///
+/// where  source of the text, for messages
 template <class Json = nlohmann::json>
 Json parse_json(const std::string& text, const std::string& where) {
     if (is_nested_too_deep(text))

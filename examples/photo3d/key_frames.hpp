@@ -64,7 +64,7 @@ public:
         const auto value = key_.find(name);
         if (value == key_.end()) fail(quoted(name) + ", a list of three numbers", "none");
         if (!value->is_array()) fail(quoted(name) + ", a list of three numbers", kind_of(*value));
-        if (value->size() != 3) fail(quoted(name) + ", a list of three numbers", std::to_string(value->size()) + " of them");
+        if (value->size() != 3) fail(quoted(name) + ", a list of three numbers", std::to_string(value->size()) + " values");
         return {to_number(name, (*value)[0]), to_number(name, (*value)[1]), to_number(name, (*value)[2])};
     }
     bool has(const char* name) const { return key_.contains(name); }

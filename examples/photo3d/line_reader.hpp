@@ -9,10 +9,10 @@
 
 namespace ldi::examples {
 
-/// Reads lines. Throws an error if memory runs out. std::getline() would then behave as at the end of the file.
+/// Reads lines. Throws an error if memory runs out, whereas std::getline() would behave as at the end of the file.
 class line_reader {
 public:
-    /// Longer lines are truncated.
+    /// Maximum length of a line. Longer lines are truncated.
     static constexpr std::size_t max_bytes = std::size_t{1} << 20;
 
     /// from  must outlive this object

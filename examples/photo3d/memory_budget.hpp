@@ -31,6 +31,9 @@ namespace ldi::examples {
 
 /// Returns an upper bound of the bytes that are needed to show a photo larger than its layered image: the photo's pixels at that
 /// size, one sheet, and the files.
+///
+/// pixels       number of pixels of the photo
+/// shown_share  number of pixels of the shown photo, as a share of `pixels`, (0, 1]
 inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, const arguments& a) {
     // Pictures of noise have files of 0.54 bytes per pixel at quality 85, and 2.7 at 100. Three copies exist at once: textures,
     // GLB, page.
@@ -72,6 +75,8 @@ struct decoding_cost {
 
 /// Returns an upper bound of the bytes that a photo needs, including its files. A photo with far more hidden surfaces than
 /// ordinary photographs may need more; metered_memory limits it.
+///
+/// file_bytes  size of the files of the photo and its depth map
 inline std::size_t memory_for(const decoding_cost& cost, std::size_t file_bytes, const arguments& a) {
     constexpr double per_pixel_of_layers = 92;       // measured: at most 90.6
     constexpr double hidden_share = 0.35;            // more than in any photograph with the default motion
@@ -104,7 +109,7 @@ public:
         if (bytes > for_one()) raise(error_code::too_large, name, expected(), "one that may take " + megabytes(base_ + bytes));
     }
 
-    /// Raises the error for a photo whose stages need more than for_one().
+    /// Raises too_large for a photo whose stages need more than for_one().
     [[noreturn]] void refuse(const std::string& name) const {
         raise(error_code::too_large, name, expected(), "one that needs more, because its depth hides large areas");
     }
@@ -125,7 +130,7 @@ public:
         return true;
     }
 
-    /// Bytes for a single photo that has the whole budget.
+    /// Number of bytes that a single photo can use if it has the whole budget.
     std::size_t for_one() const { return limit_ > base_ ? limit_ - base_ : 0; }
 
     void release(std::size_t bytes) {

@@ -29,7 +29,7 @@ inline std::vector<std::string> notes_on(const photo3d& made, std::size_t hidden
         std::size_t sides = made.dropped_sides;
         for (const discontinuity_curve& curve : made.curves) sides += curve.sides.size();
         notes.push_back("the shortest silhouettes, " + std::to_string((100 * made.dropped_sides + sides - 1) / sides) +
-                        " % of their total length, are closed, and surfaces stretch across them: its depth (" + depth +
+                        " % of the total length, were dropped, so surfaces stretch across them: its depth (" + depth +
                         ") has more silhouettes than the limit. A smoother depth map has fewer.");
     }
     if (made.facts.motion < a.motion) {

@@ -122,12 +122,12 @@ inline CLI::Validator named() {
             "", "named"};
 }
 
-/// Accepts formats of pictures, separated by commas.
+/// Accepts a comma-separated list of picture formats.
 inline CLI::Validator formats_named() {
     return {[](const std::string& given) {
-                return picture_formats::parse(given)
-                           ? std::string()
-                           : "expected some of " + picture_formats().text() + " with commas between them, found " + shown(given);
+                return picture_formats::parse(given) ? std::string()
+                                                     : "expected a comma-separated list of formats from " +
+                                                           picture_formats().text() + ", found " + shown(given);
             },
             "", "formats"};
 }

@@ -35,7 +35,8 @@ inline void describe_compression(CLI::App& app, compression_choice& c) {
         ->capture_default_str();
 }
 
-/// Path of a file or folder of the program's data for texts. It is relative in texts for any machine, such as the manual page.
+/// Formats the path of a file or folder of the program's data for help texts. The path is relative in texts that apply to every
+/// machine, such as the manual page.
 inline std::string shown_place(const std::filesystem::path& place) {
     return place.string() + (place.is_relative() ? " (relative to the program)" : "");
 }
@@ -197,7 +198,7 @@ inline void describe_batch(CLI::App& app, arguments& a) {
     app.add_option(
            "--gallery", a.gallery,
            "HTML file to write after the batch: a page of all its 3D photos, with a search for failures; opened from a web "
-           "server, it shows the GLB files; opened by double click, small pictures of them")
+           "server, it shows the GLB files; opened by double click, it shows small pictures")
         ->type_name("FILE")
         ->check(named())
         ->needs(batch);
@@ -219,8 +220,8 @@ inline void describe_batch(CLI::App& app, arguments& a) {
 inline void describe_program(CLI::App& app, arguments& a) {
     app.option_defaults()->group("Program");
     app.add_option("--formats", a.formats,
-                   "formats that may be read: some of " + picture_formats().text() +
-                       ", with commas between them. Applies to photos, depth maps, and depth inside photos. Files of other "
+                   "formats that may be read: a comma-separated list from " + picture_formats().text() +
+                       ". Applies to photos, depth maps, and depth inside photos. Files of other "
                        "formats are rejected before decoding. Default: all")
         ->type_name("NAME,...")
         ->check(formats_named());
@@ -250,7 +251,7 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     describe_program(app, a);
 }
 
-/// Rejects options that would have no effect beside the others. Raises CLI::ValidationError.
+/// Rejects options that have no effect in combination with the other options. Raises CLI::ValidationError.
 inline void check_effects(const CLI::App& app, const arguments& a) {
     const auto refuse = [&](const char* choice, std::initializer_list<const char*> ignored) {
         for (const char* const option : ignored)

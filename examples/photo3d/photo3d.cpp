@@ -42,10 +42,10 @@ namespace {
 
 using namespace ldi::examples;
 
-/// Returns the path of the module of the element <photo-3d>, which lies beside every page that --embed writes.
+/// Returns the path of the JavaScript module of the element <photo-3d>. With --embed, a copy of it lies beside the page.
 std::filesystem::path element_beside(const std::filesystem::path& page) { return page.parent_path() / "photo-3d.js"; }
 
-/// Reads the module of the element <photo-3d>. Raises file_access.
+/// Reads the built module of the element <photo-3d>, photo-3d/photo-3d.js beside the viewer's page. Raises file_access.
 std::vector<std::byte> read_element(const std::filesystem::path& viewer) {
     return ldi::read_file(viewer.parent_path() / "photo-3d" / "photo-3d.js");
 }
@@ -59,7 +59,7 @@ void name_embedded_files(photo_files& names) {
     names.poster = std::filesystem::path(names.html).replace_extension(".poster.jpg");
 }
 
-/// Determines the names of a run over one photo. Raises invalid_option, file_access.
+/// Determines the names of the input and output files of a run over one photo. Raises invalid_option, file_access.
 photo_files names_of(const arguments& a) {
     for (const std::filesystem::path& photo : a.photos) {
         std::error_code ignored;
@@ -87,7 +87,8 @@ photo_files names_of(const arguments& a) {
     return names;
 }
 
-/// Reports problems with names before any work.
+/// Checks the names of all inputs and outputs before the conversion starts, and creates missing folders. Raises invalid_option,
+/// file_access, and the errors of output_files::create_folder_of().
 void check_files(const arguments& a, const photo_files& names, output_files& files) {
     if (is_standard(names.photo) && is_standard(names.depth))
         ldi::raise(ldi::error_code::invalid_option, "-", "one input that comes from standard input", "two: PHOTO and --depth");
@@ -186,7 +187,7 @@ void describe_documents(CLI::App& app) {
                describe(described, defaults, LDI_DATA_FROM_PROGRAM);
                throw CLI::CallForVersion(document(described, program_version, kind), 0);
            },
-           "print the manual page (man), or what a shell completes (bash, zsh, fish), and exit")
+           "print the manual page (man), or the completions for a shell (bash, zsh, fish), and exit")
         ->check(one_of({"man", "bash", "zsh", "fish"}));
 }
 

@@ -30,7 +30,7 @@ inline bool needs_sheets(image_view<const std::uint8_t> photo, std::size_t shown
 class photo_texture {
 public:
     /// made         3D photo; if the photo needs sheets, made with options that for_sheets() has adapted
-    /// photo        source of `made`; must outlive this object
+    /// photo        source of `made`, H x W x 3; must outlive this object
     /// shown_side   long side of the shown photo; larger photos are shrunk to it
     /// worked_side  long side of the layered image
     template <executor Executor>
@@ -54,7 +54,7 @@ public:
     photo_texture(const photo_texture&) = delete;
     photo_texture& operator=(const photo_texture&) = delete;
 
-    /// The mesh with all textures.
+    /// The mesh, with one part per texture.
     const textured_mesh& mesh() const { return layout_ ? on_sheets_ : made_.mesh; }
     /// Number of textures.
     std::size_t count() const { return mesh().part_count(); }

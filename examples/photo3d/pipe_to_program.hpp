@@ -1,4 +1,4 @@
-// Starts a program that reads from a pipe: ffmpeg, for videos. Not on Windows.
+// Starts a program that reads from a pipe: ffmpeg, for videos. Not supported on Windows.
 #pragma once
 
 #include "interruption.hpp"

@@ -1,4 +1,4 @@
-// Figures of a run of photo3d: the table that it prints, and the same as JSON.
+// Figures of a run of photo3d: as a table that photo3d prints, and as JSON.
 #pragma once
 
 #include "messages.hpp"
@@ -25,7 +25,7 @@ struct stage_time {
     double processor = 0;  ///< processor time of the thread that runs the stages; with one thread, all processor time
 };
 
-/// Measures the stages.
+/// Measures and prints the durations of the stages.
 class stage_clock {
 public:
     /// quiet  print nothing during the run
@@ -114,8 +114,8 @@ struct texture_figures {
     std::size_t width = 0, height = 0, count = 1, bytes = 0;
 };
 
-/// Collects the figures of the result; file sizes in bytes. `width` and `height` are the size of the layered image,
-/// `texture_width` and `texture_height` the size of the shown photo, on `textures` pictures.
+/// Collects the figures of the result; file sizes in bytes. `width` and `height` are the size of the layered image.
+/// `texture_width` and `texture_height` are the size of the shown photo, and `textures` is the number of its texture pictures.
 ///
 /// depth, silhouettes, inpainting  sources: paths of files, or the name of a method
 /// texture, grain                  strengths on inpainted pixels

@@ -52,7 +52,7 @@ if [ "$photo" = sample ]; then
     options=(--depth "$here/sample_depth.png" --fov 56 "${options[@]}")
 fi
 if [ ! -f "$photo" ]; then
-    printf '%s: expected a photo, found %s\n' "$photo" "$([ -d "$photo" ] && echo 'a folder: photo3d --batch converts one' || echo 'no such file')" >&2
+    printf '%s: expected a photo, found %s\n' "$photo" "$([ -d "$photo" ] && echo 'a folder (photo3d --batch converts folders)' || echo 'no such file')" >&2
     exit 1
 fi
 

@@ -1,5 +1,5 @@
-// A temporary folder, .ldi-NUMBER.tmp, for files that are not complete yet. Its owner locks it, so that other processes can
-// recognize abandoned folders.
+// A temporary folder, .ldi-NUMBER.tmp, for files that are not complete yet. The process that makes the folder locks it, so that
+// other processes can recognize abandoned folders.
 #pragma once
 
 #include "file_system.hpp"
@@ -79,7 +79,7 @@ inline staging_folder make_staging_folder(const std::filesystem::path& beside, b
 }
 
 /// Excludes other processes that put several files in the same folders, so that the files of one set stay together. Locks each
-/// folder once, whatever its names, and in the same order in all processes, so that no deadlock occurs.
+/// folder once, even if it has several names. All processes lock folders in the same order, so that no deadlock occurs.
 inline std::vector<folder_lock> lock_folders(const std::vector<staging_folder>& stagings) {
     std::map<std::string, std::filesystem::path> folders;
     for (const staging_folder& staging : stagings) folders.emplace(file_identity(staging.beside), staging.beside);

@@ -59,7 +59,10 @@ inline std::vector<std::byte> with_segment(std::span<const std::byte> jpeg, unsi
 
 /// Encodes a JPS file. By convention, the right eye's picture is on the left, for programs that support JPS and for viewing with
 /// crossed eyes. The marker is an APP3 segment with four bytes, lowest first: media (1: stereo), layout (2: side by side), flags
-/// (bit 2: left eye's picture first), and separation.
+/// (bit 2: left eye's picture first), and separation. Raises the errors of encode_jpeg().
+///
+/// left, right  H x W x 3, of the same size
+/// quality      JPEG quality, 1 to 100
 inline std::vector<std::byte> encode_jps(const image<std::uint8_t>& left, const image<std::uint8_t>& right, int quality) {
     little_endian_bytes note;
     note.put_text("_JPSJPS_");
@@ -97,14 +100,16 @@ inline void put_attributes(little_endian_bytes& to, std::uint32_t offset, std::u
     to.put_entry(0xB206, 5, 1, numbers + 8);
     to.put_32(0);
     constexpr std::uint32_t unknown = 0xFFFFFFFF;
-    const bool is_known = meters > 0 && meters < 4000;  // as many micrometers have 32 bits
+    const bool is_known = meters > 0 && meters < 4000;  // so that the number of micrometers has 32 bits
     to.put_32(0), to.put_32(1);
     to.put_32(is_known ? static_cast<std::uint32_t>(1e6F * meters) : unknown), to.put_32(is_known ? 1'000'000 : unknown);
 }
 
 /// Encodes an MPO file, the left eye's picture first. Raises the errors of encode_jpeg().
 ///
-/// meters  eye distance; 0: unknown
+/// left, right  H x W x 3
+/// quality      JPEG quality, 1 to 100
+/// meters       eye distance; 0: unknown
 inline std::vector<std::byte> encode_mpo(const image<std::uint8_t>& left, const image<std::uint8_t>& right, int quality,
                                          float meters) {
     const auto encoded = [&](const image<std::uint8_t>& seen) {

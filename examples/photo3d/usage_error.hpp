@@ -54,7 +54,7 @@ inline std::string usage_error(const CLI::App& app, const CLI::ParseError& e, co
     if (const std::string text = unknown_option(app, words); !text.empty()) return text;
     const std::string kind = e.get_name(), said = e.what();
     if (kind == "RequiredError") return missing_word(app);
-    if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError))  // its name may be that of the subcommand
+    if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError))  // the error may name the subcommand
         return "command line: expected no further word, found " + said.substr(said.find(": ") + 2);
     for (const CLI::Option* const option : options_in_use(app)) {
         const std::string name = option->get_name();

@@ -171,8 +171,8 @@ inline void add_mesh(usda_text& scene, const textured_mesh& mesh, std::size_t t)
     scene.add_list(positions, 3);
     scene.add("\n        texCoord2f[] primvars:st = ");
     scene.add_list(coordinates, 2);
-    // The photo stands on the floor; the nearest surface is in front of the position where the user places it, the farthest
-    // behind.
+    // The photo stands on the floor. Its nearest surface is in front of the position where the user places the photo, and its
+    // farthest surface is behind that position.
     const usda_extent all(mesh.positions);
     scene.add(" (\n            interpolation = \"vertex\"\n        )\n        double3 xformOp:translate = ");
     scene.add_items(

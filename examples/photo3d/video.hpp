@@ -33,7 +33,7 @@ struct video_options {
     std::filesystem::path output;     ///< .mp4, .webp, .gif; otherwise a folder. Empty: no video
     std::filesystem::path depth_map;  ///< 16-bit PNG. Empty: none
     std::string path = "swing";       ///< a name in camera_paths(), or a JSON file of key frames
-    std::string stereo = "none";
+    std::string stereo = "none";      ///< none, side-by-side or anaglyph
     float seconds = 6;
     int frames_per_second = 0, size = 0;  ///< 0: default of the file format
 
@@ -170,6 +170,8 @@ inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera
     return views;
 }
 
+/// Writes the depth map and the video, if requested. Raises invalid_option if the folder contains frames of a longer video;
+/// the errors of file_set::write() and pipe_to_program.
 template <executor Executor>
 void save_video(const photo3d& result, photo_texture& texture, const video_options& v, output_files& files, Executor& threads) {
     if (!v.depth_map.empty()) {
@@ -199,7 +201,7 @@ void save_video(const photo3d& result, photo_texture& texture, const video_optio
             std::snprintf(name, sizeof name, "frame_%05zu.png", i + 1);
             return v.output / name;
         };
-        if (std::filesystem::exists(path_of(frames)))  // the folder would contain a mixture of both
+        if (std::filesystem::exists(path_of(frames)))  // the folder would contain frames of two videos
             raise(error_code::invalid_option, v.output.string(), "a folder without frames of a longer video",
                   path_of(frames).filename().string());
         files.create_folder(v.output);

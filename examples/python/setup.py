@@ -28,7 +28,7 @@ class build_with_data(build_py):
         if os.path.exists(VIEWER):
             shutil.copy(VIEWER, folder)
         else:
-            print(f"{VIEWER} is missing, so that Photo3D.html() will raise an error. examples/viewer/build.sh builds it.")
+            print(f"{VIEWER} is missing, so Photo3D.html() will raise an error. examples/viewer/build.sh builds it.")
 
 
 def is_usable(header, library, condition="1"):

@@ -1,5 +1,5 @@
-// A small ray caster for ground truth. It computes a photo, its disparity, and the surfaces that a photo does not show: all
-// surfaces behind each pixel.
+// A small ray caster for ground truth. It computes a photo, its disparity, and all surfaces behind each pixel, including those
+// that the photo does not show.
 #pragma once
 
 #include "shapes.hpp"
@@ -30,11 +30,11 @@ struct lighting {
     vector3 sun{0, 0, 0};                               ///< light of the sun on a surface that faces it
     double sun_radius = 0.02;                           ///< radius of the sun at distance 1; softens shadows
     vector3 up{0, 1, 0};                                ///< length 1
-    vector3 sky{0.9, 0.9, 0.9}, ground{0.6, 0.6, 0.6};  ///< light from above and below on open surfaces
-    bool shadows = false;  ///< objects block sun and sky, and reflect light once; otherwise only the normal counts
+    vector3 sky{0.9, 0.9, 0.9}, ground{0.6, 0.6, 0.6};  ///< light from above and below on unobstructed surfaces
+    bool shadows = false;  ///< true: objects cast shadows and reflect light once; false: shading uses only the normal
 };
 
-/// A scene in the space of the photo's camera (core/camera.hpp). Objects are numbered in order.
+/// A scene in the space of the photo's camera (core/camera.hpp). An object's number is its index in `objects`.
 struct scene {
     pinhole_camera camera;
     depth_range range;  ///< distances at disparity 1 and 0
@@ -44,7 +44,7 @@ struct scene {
     void add(const shape& form, texture color) { objects.push_back({form, std::move(color)}); }
 };
 
-/// Computes normalized disparity: 1 at range.z_near, 0 at range.z_far, outside [0, 1] beyond them.
+/// Computes normalized disparity: 1 at range.z_near, 0 at range.z_far. Depths outside the range have values outside [0, 1].
 inline float disparity(const depth_range& range, double depth) {
     const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
     return static_cast<float>((1 / depth - last) / (first - last));
@@ -61,20 +61,21 @@ struct surface {
 
 /// A rendered view.
 struct picture {
-    image<std::uint8_t> color;   ///< H x W x 3, sRGB; pixels at silhouettes mix the surfaces that they cover, as a lens does
-    image<float> depth;          ///< H x W x 1, at pixel centers, not mixed; infinity without a surface
-    image<float> disparity;      ///< H x W x 1, of the same surface; minus infinity without a surface
-    image<std::int32_t> object;  ///< H x W x 1, of the same surface; -1 without a surface
+    image<std::uint8_t> color;   ///< H x W x 3, sRGB; pixels at silhouettes mix the colors of several surfaces, as a lens does
+    image<float> depth;          ///< H x W x 1, of the surface at the pixel's center; infinity without a surface
+    image<float> disparity;      ///< H x W x 1, disparity() of this depth; minus infinity without a surface
+    image<std::int32_t> object;  ///< H x W x 1, number of the surface's object; -1 without a surface
 };
 
 struct picture_options {
     std::int32_t samples = 4;  ///< per pixel and axis
-    double blur = 1;           ///< half width, in pixels, of the tent over which the lens mixes colors
+    double blur = 1;           ///< half width, in pixels, of the tent filter that models the lens
 };
 
 /// Lists all surfaces on the line of sight through (x, y), in pixels of the photo, nearest first.
 std::vector<surface> surfaces_at(const scene& s, double x, double y);
 
+/// Renders a view of the scene. Requires options.samples > 0 and a view of at least one pixel.
 template <executor Executor>
 picture render(const scene& s, const view& from, const picture_options& options, Executor& threads);
 
@@ -83,14 +84,14 @@ inline picture render(const scene& s, const view& from, const picture_options& o
     return render(s, from, options, serial);
 }
 
-/// Renders the photo.
+/// Renders the photo: the view of the scene's camera.
 inline picture render(const scene& s, const picture_options& options = {}) {
     view from;
     from.camera = s.camera;
     return render(s, from, options);
 }
 
-/// Sets the depth range so that disparity 1 is the nearest and 0 the farthest surface visible at a pixel's center in the photo.
+/// Sets the depth range so that the nearest surface at any pixel center of the photo has disparity 1 and the farthest has 0.
 void fit_depth_range(scene& s);
 
 // ---------------------------------------------------------------------------------------------------------------------------------
@@ -109,8 +110,8 @@ struct random_sequence {
     }
 };
 
-/// Random numbers for one of many samples of a pixel. Those of the first reflection are spread evenly over the samples (the R4
-/// sequence), which removes most of the noise; later ones are independent.
+/// Random numbers for the samples of a pixel. spread() returns the numbers for the surface that the ray hits first. They are
+/// spread evenly over the samples (the R4 sequence), which removes most of the noise. The numbers of `random` are independent.
 struct light_sample {
     random_sequence random;
     std::array<double, 4> start;
@@ -135,7 +136,7 @@ struct hit {
     std::int32_t object = -1;
 };
 
-/// Tests whether the ray meets a sphere around the shape. If not, it misses the shape.
+/// Tests whether the ray's line meets a sphere around the shape. If it does not, the ray misses the shape.
 inline bool may_hit(const shape& s, const ray& r) {
     const vector3 to_center = s.place.origin - r.origin;
     const double along_ray = dot(to_center, r.direction), squared = dot(r.direction, r.direction);
@@ -145,7 +146,7 @@ inline bool may_hit(const shape& s, const ray& r) {
     return dot(to_center, to_center) * squared - along_ray * along_ray <= radius_squared * squared * (1 + 1e-12);
 }
 
-/// Finds the first surface farther than `min_distance`.
+/// Finds the first surface beyond `min_distance`, in units of the ray's direction. Without one, `object` is -1.
 inline hit first_hit(const scene& s, const ray& r, double min_distance) {
     hit nearest;
     for (std::size_t i = 0; i < s.objects.size(); ++i) {
@@ -159,7 +160,7 @@ inline hit first_hit(const scene& s, const ray& r, double min_distance) {
     return nearest;
 }
 
-inline constexpr double surface_gap = 1e-6;  // keeps a ray that starts on a surface from meeting it again
+inline constexpr double surface_gap = 1e-6;  // keeps a ray that starts on a surface from hitting the same surface
 
 inline vector3 sky_light(const lighting& light, const vector3& direction) {
     return mix(light.ground, light.sky, 0.5 + 0.5 * dot(direction, light.up));
@@ -178,7 +179,8 @@ inline vector3 sun_light(const scene& s, const vector3& point, const vector3& no
     return light.sun * facing;
 }
 
-/// Computes the light that a surface emits, equal in all directions. `from` is the direction of the ray that met it.
+/// Computes the light that a surface reflects, equally in all directions. `from` is the direction of the ray that hit the
+/// surface.
 inline vector3 radiance(const scene& s, const object& o, const vector3& point, const vector3& from, light_sample& sample,
                         bool reflected = false) {
     const surface_description surface = describe(o.form, point);
@@ -187,7 +189,7 @@ inline vector3 radiance(const scene& s, const object& o, const vector3& point, c
     if (!s.light.shadows) return o.color(surface.where) * (sun_light(s, outside, normal, 0, 0) + sky_light(s.light, normal));
     if (reflected) {
         const double u = sample.random.next(), v = sample.random.next();
-        // A surface that reflects here is close to other objects, which hide half of the sky.
+        // A surface that reflects light onto another object is close to that object. Assume that objects hide half of the sky.
         return o.color(surface.where) * (sun_light(s, outside, normal, u, v) + 0.5 * sky_light(s.light, normal));
     }
     vector3 received = sun_light(s, outside, normal, sample.spread(0), sample.spread(1));
@@ -202,7 +204,7 @@ inline vector3 radiance(const scene& s, const object& o, const vector3& point, c
     return o.color(surface.where) * received;
 }
 
-/// Converts linear light to a byte of the photo: compresses the brightest tenth, then encodes sRGB.
+/// Converts linear light to a byte of the photo: compresses values above 0.7, then encodes sRGB.
 inline std::uint8_t to_byte(double linear) {
     const double knee = 0.7;
     const double v = linear < knee ? std::max(linear, 0.0) : knee + (1 - knee) * (1 - std::exp((knee - linear) / (1 - knee)));
@@ -214,7 +216,7 @@ inline std::array<std::uint8_t, 3> to_bytes(const vector3& color) {
     return {to_byte(color.x), to_byte(color.y), to_byte(color.z)};
 }
 
-/// Returns the ray through (x, y) of a view, whose distances are depths along the view's axis.
+/// Returns the ray through pixel coordinates (x, y) of a view. Distances along the ray are depths along the view's axis.
 inline ray primary_ray(const view& from, double x, double y) {
     const double f = static_cast<double>(from.camera.focal_length);
     const vector3 d{(x - from.axis_x()) / f, (from.axis_y() - y) / f, -1};

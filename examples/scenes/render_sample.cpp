@@ -14,7 +14,7 @@
 
 namespace {
 
-/// Stores 12 significant bits, spread over 16. Finer steps of depth would be invisible and would not compress.
+/// Rounds to 12 bits and scales the values to 16 bits. Finer steps would be invisible and would make the file larger.
 ldi::image<std::uint16_t> stored(const ldi::image<float>& disparity) {
     ldi::image<std::uint16_t> result(disparity.height(), disparity.width());
     std::transform(disparity.begin(), disparity.end(), result.begin(), [](float d) {

@@ -1,4 +1,4 @@
-// The analytic scenes by name. Tests know their hidden surfaces, because surfaces_at() lists every surface.
+// The analytic scenes by name. Their hidden surfaces are known exactly, because surfaces_at() lists every surface.
 #pragma once
 
 #include "ray_caster.hpp"
@@ -24,7 +24,7 @@ inline scene t_junction(std::int32_t width = 192, std::int32_t height = 256) {
                               boards(from_srgb(120, 160, 200), from_srgb(52, 84, 120), 0.11),
                               marbled(from_srgb(88, 128, 72), from_srgb(226, 220, 160), 0.5)};
     const double w = width, h = height;
-    // In pixels of the photo; sides outside the photo are far outside.
+    // Sides of the planes in pixels of the photo. Planes that leave the photo extend far beyond it.
     const struct {
         double left, top, right, bottom;
         float disparity;
@@ -63,7 +63,8 @@ inline scene rods(std::int32_t width = 192, std::int32_t height = 256) {
     return s;
 }
 
-/// A slanted background and two to eight solids in front of it, of random shape, position and texture. Equal on every machine.
+/// A slanted background and two to eight objects of random shape, position and texture in front of it. The same seed produces
+/// the same scene on every machine.
 inline scene random_scene(std::uint32_t seed, std::int32_t width = 96, std::int32_t height = 128) {
     std::mt19937 generator(seed);
     const auto between = [&generator](double low, double high) {
@@ -120,7 +121,7 @@ inline scene scene_by_name(const std::string& name, std::int32_t width, std::int
     if (name.size() > 6 && name.size() < 15 && name.compare(0, 6, "random") == 0 &&
         name.find_first_not_of("0123456789", 6) == std::string::npos)
         return random_scene(static_cast<std::uint32_t>(std::stoul(name.substr(6))), width, height);
-    raise(error_code::invalid_option, "scene", "t_junction, still_life, rods or random and a number", name);
+    raise(error_code::invalid_option, "scene", "t_junction, still_life, rods, or random followed by a number", name);
 }
 
 }  // namespace ldi::scenes

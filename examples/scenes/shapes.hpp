@@ -12,14 +12,14 @@
 namespace ldi::scenes {
 
 struct ray {
-    vector3 origin, direction;  ///< the direction need not have length 1; distances are in units of it
+    vector3 origin, direction;  ///< the direction may have any length, which is the unit of distances
     vector3 at(double distance) const { return origin + direction * distance; }
 };
 
 /// A shape around the origin of its own frame.
 struct shape {
     enum class kind {
-        rectangle,  ///< |x| <= size.x, |y| <= size.y, z = 0; has no inside: a ray hits it at most once
+        rectangle,  ///< |x| <= size.x, |y| <= size.y, z = 0; a ray hits it at most once
         box,        ///< |x| <= size.x, |y| <= size.y, |z| <= size.z
         sphere,     ///< radius size.x
         rod,        ///< a cylinder of radius size.x about the y axis, |y| <= size.y, with flat ends
@@ -40,7 +40,7 @@ inline shape make_rod(const vector3& from, const vector3& to, double radius) {
     return {shape::kind::rod, along(0.5 * (from + to), to - from), {radius, 0.5 * length(to - from), radius}};
 }
 
-/// Intersections of a line with a shape, also behind the ray's origin. `count` is 0, 1 or 2; distances ascend.
+/// Intersections of a ray's line with a shape, including those behind the ray's origin. `count` is 0, 1 or 2; distances ascend.
 struct crossings {
     int count = 0;
     std::array<double, 2> distance{};
@@ -79,6 +79,7 @@ inline void clip_quadratic(double a, double b, double c, double& first, double& 
 
 }  // namespace detail
 
+/// Intersects a ray's line with a shape.
 inline crossings intersect(const shape& s, const ray& r) {
     const vector3 o = s.place.to_local(r.origin), d = s.place.direction_to_local(r.direction);
     double first = -std::numeric_limits<double>::infinity(), last = -first;

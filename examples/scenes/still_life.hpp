@@ -26,7 +26,7 @@ struct still_life_builder {
     void rod(const vector3& from, const vector3& to, double radius, texture t) {
         result.add(make_rod(room.to_world(from), room.to_world(to), radius), std::move(t));
     }
-    /// A box that stands on another object.
+    /// Adds a box with its bottom face at y = `bottom`, rotated by `angle` about the vertical axis.
     void block(double x, double bottom, double z, double angle, double w, double h, double d, texture t) {
         box(turned({x, bottom + 0.5 * h, z}, angle), w, h, d, std::move(t));
     }
@@ -38,7 +38,7 @@ struct still_life_builder {
             boards(from_srgb(206, 158, 104), from_srgb(128, 80, 44), 0.115, 5));
     }
 
-    /// A wall on the left with a window of six panes. It is out of sight; its light and shadows are in the picture.
+    /// A wall on the left with a window of six panes. The window is outside the picture, but its light and shadows are visible.
     void window() {
         const texture white = plain({0.75, 0.75, 0.72});
         const double x = -1.35, low = 0.72, high = 1.80, back = -0.62, front = 0.83;
@@ -179,7 +179,7 @@ struct still_life_builder {
             const vector3 axis = normalized({p.lean_x, 1, p.lean_z});
             const vector3 shoulder = from + axis * (0.025 + p.rise);
             rod(from, shoulder, 0.0042, plain(p.color));
-            // The sharpened end: thinner and thinner slices.
+            // The sharpened end is a stack of ever thinner slices.
             const int slices = 8;
             for (int i = 0; i < slices; ++i) {
                 const double t = (i + 0.5) / slices;
@@ -192,11 +192,11 @@ struct still_life_builder {
 
 }  // namespace detail
 
-/// Builds the still life. Disparity 1 is the nearest visible surface, 0 the farthest.
+/// Builds the still life. The nearest visible surface has disparity 1, the farthest 0.
 inline scene still_life(std::int32_t width = 1152, std::int32_t height = 1536) {
     detail::still_life_builder b;
     b.result.camera = {width, height, focal_length_from_field_of_view(56, width, height)};
-    // The camera is in front of the table and looks slightly down: the room is rotated in the opposite direction.
+    // The camera is in front of the table and looks slightly down, so the room is rotated in the opposite direction.
     const vector3 eye{-0.01, 0.47, 1.06};
     const double pitch = 0.16;
     const double c = std::cos(pitch), s = std::sin(pitch);

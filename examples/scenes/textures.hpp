@@ -1,4 +1,4 @@
-// Procedural textures of the analytic scenes. Every edge in them is soft, and the ray caster supersamples, so that pictures
+// Procedural textures of the analytic scenes. All edges in the textures are soft, and the ray caster supersamples, so pictures
 // have no jagged edges. Colors are linear light, 0 to 1.
 #pragma once
 
@@ -13,8 +13,8 @@ namespace ldi::scenes {
 
 /// The point at which a texture is evaluated.
 struct surface_point {
-    vector3 local;        ///< in the shape's own frame, for textures of solid material
-    double u = 0, v = 0;  ///< on the surface, in units of space, for painted or glued textures
+    vector3 local;        ///< in the shape's own frame, for textures that fill a solid
+    double u = 0, v = 0;  ///< coordinates on the surface, in scene units, for textures that cover it
 };
 
 /// Color of a surface: linear red, green, blue.
@@ -46,7 +46,7 @@ inline double smooth_step(double first, double last, double value) {
     return t * t * (3 - 2 * t);
 }
 
-/// Smooth noise in [0, 1] whose features have size 1.
+/// Returns smooth noise in [0, 1]. Its features have size 1.
 inline double value_noise(const vector3& p, std::uint64_t seed = 0) {
     const double fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
     const double tx = smooth_step(0, 1, p.x - fx), ty = smooth_step(0, 1, p.y - fy), tz = smooth_step(0, 1, p.z - fz);
@@ -57,7 +57,8 @@ inline double value_noise(const vector3& p, std::uint64_t seed = 0) {
     return (1 - tz) * ((1 - ty) * edge(0, 0) + ty * edge(1, 0)) + tz * ((1 - ty) * edge(0, 1) + ty * edge(1, 1));
 }
 
-/// Sums noise of several sizes, in [0, 1]; each octave is half as large and half as strong.
+/// Sums noise of several sizes. Each octave has half the feature size and half the strength of the one before. The result is in
+/// [0, 1].
 inline double layered_noise(const vector3& p, int octaves, std::uint64_t seed = 0) {
     double sum = 0, weight = 0, scale = 1;
     for (int octave = 0; octave < octaves; ++octave, scale *= 2) {
@@ -82,7 +83,7 @@ inline texture marbled(const vector3& a, const vector3& b, double feature_size, 
 /// Bands of equal width across u.
 inline texture stripes(const vector3& a, const vector3& b, double band, double softness = 0.05) {
     return [=](const surface_point& s) {
-        const double phase = std::abs(s.u / band - 2 * std::floor(s.u / band / 2) - 1);  // 1 in the middle of a, 0 of b
+        const double phase = std::abs(s.u / band - 2 * std::floor(s.u / band / 2) - 1);  // 1: center of a, 0: center of b
         return mix(b, a, smooth_step(0.5 - softness, 0.5 + softness, phase));
     };
 }
@@ -98,8 +99,8 @@ inline texture checker(const vector3& a, const vector3& b, double square, double
     };
 }
 
-/// Texture of a ball: segments between its poles, alternately colored and white; the colored ones are alternately a and b. The
-/// caps at the poles have color c.
+/// Texture of a ball: segments between its poles, alternately colored and white. The colored segments alternate between a and
+/// b. The caps at the poles have color c.
 ///
 /// pairs  number of colored segments
 inline texture segments(const vector3& a, const vector3& b, const vector3& c, int pairs) {
@@ -117,7 +118,8 @@ inline texture segments(const vector3& a, const vector3& b, const vector3& c, in
     };
 }
 
-/// Bricks in running bond with mortar between them. Each brick has its own shade; `wide` and `high` in units of space.
+/// Bricks in running bond with mortar between them. Each brick has its own shade. `wide` and `high` are the size of a brick
+/// with its joint, in scene units.
 inline texture bricks(const vector3& light, const vector3& dark, const vector3& mortar, double wide, double high,
                       std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
@@ -129,7 +131,7 @@ inline texture bricks(const vector3& light, const vector3& dark, const vector3& 
         const std::int64_t row = static_cast<std::int64_t>(course), column = static_cast<std::int64_t>(std::floor(u));
         const double to_side = std::min(u - std::floor(u), 1 - u + std::floor(u)) * wide;
         const double to_bed = std::min(v - course, 1 - v + course) * high;
-        const double inside = std::min(to_side, to_bed) / high;  // distance from the middle of the joint
+        const double inside = std::min(to_side, to_bed) / high;  // distance from the middle of the joint, in units of `high`
         const double shade = hash_unit(column, row, 0, seed), tint = hash_unit(column, row, 1, seed);
         const double grain = layered_noise(at * (9 / high), 4, seed + 20);
         vector3 brick = mix(dark, light, 0.15 + 0.7 * shade) * (0.72 + 0.56 * grain);
@@ -140,7 +142,7 @@ inline texture bricks(const vector3& light, const vector3& dark, const vector3& 
     };
 }
 
-/// Wooden boards that lie along v, each `wide` in u, with dark joints, growth rings and pores.
+/// Wooden boards along v with dark joints, growth rings and pores. Each board has the width `wide` along u, in scene units.
 inline texture boards(const vector3& light, const vector3& dark, double wide, std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
         const double across = s.u / wide;

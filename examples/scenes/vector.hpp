@@ -1,4 +1,5 @@
-// Points, directions and colors of the analytic scenes, in double precision, because they are the ground truth of tests.
+// Points, directions and colors of the analytic scenes. They are in double precision, because the scenes are the ground truth
+// of tests.
 #pragma once
 
 #include <cmath>
@@ -14,7 +15,7 @@ inline vector3 operator-(const vector3& a, const vector3& b) { return {a.x - b.x
 inline vector3 operator-(const vector3& a) { return {-a.x, -a.y, -a.z}; }
 inline vector3 operator*(const vector3& a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 inline vector3 operator*(double s, const vector3& a) { return a * s; }
-/// Multiplies channel by channel, as light is reflected.
+/// Multiplies channel by channel, such as light by a surface's color.
 inline vector3 operator*(const vector3& a, const vector3& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
 inline double dot(const vector3& a, const vector3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
@@ -40,13 +41,13 @@ struct frame {
     }
 };
 
-/// A frame rotated about the y axis, then about its own x axis, in radians.
+/// Returns a frame at `origin`, rotated by `about_y` radians about the y axis, then by `about_x` radians about its own x axis.
 inline frame turned(const vector3& origin, double about_y, double about_x = 0) {
     const double c = std::cos(about_y), s = std::sin(about_y), k = std::cos(about_x), t = std::sin(about_x);
     return {origin, {c, 0, -s}, {s * t, k, c * t}, {s * k, -t, c * k}};
 }
 
-/// A frame whose y axis points along `axis` (of any length).
+/// Returns a frame whose y axis points along `axis`, which may have any length except 0.
 inline frame along(const vector3& origin, const vector3& axis) {
     const vector3 y = normalized(axis);
     const vector3 x = normalized(cross(y, std::abs(y.z) < 0.9 ? vector3{0, 0, 1} : vector3{1, 0, 0}));

@@ -29,7 +29,7 @@ namespace ldi::examples {
 struct delivery {
     std::uint64_t tag = 0;  ///< identifies the message on its connection
     std::string queue, body;
-    std::uint64_t earlier = 0;    ///< number of earlier deliveries that were returned
+    std::uint64_t earlier = 0;    ///< number of earlier deliveries, each without acknowledgment
     std::string reason_of_death;  ///< reason why the broker made it a dead letter; empty: it is not one
 };
 
@@ -85,7 +85,7 @@ public:
                                {amqp_cstring_bytes("x-overflow"), text("reject-publish")}});
     }
 
-    /// Requests the messages of a queue, at most `prefetch` unacknowledged ones at a time.
+    /// Subscribes to a queue. The broker then sends at most `prefetch` unacknowledged messages at a time. Raises unavailable.
     void consume(const std::string& queue, std::uint16_t prefetch) {
         amqp_basic_qos(state_.get(), channel, 0, prefetch, 0);
         check();
@@ -93,7 +93,7 @@ public:
         check();
     }
 
-    /// Returns the next message, or nothing if none arrives in time.
+    /// Returns the next message, or nothing if none arrives within `patience`. Raises unavailable.
     std::optional<delivery> receive(std::chrono::milliseconds patience) {
         amqp_envelope_t envelope;
         const timeval time{patience.count() / 1000, patience.count() % 1000 * 1000};
@@ -117,12 +117,15 @@ public:
         return result;
     }
 
-    /// with_earlier  also acknowledges all earlier messages
+    /// Acknowledges a message. Raises unavailable.
+    ///
+    /// tag           delivery::tag
+    /// with_earlier  also acknowledges all earlier messages of this connection
     void acknowledge(std::uint64_t tag, bool with_earlier = false) {
         check(amqp_basic_ack(state_.get(), channel, tag, with_earlier ? 1 : 0));
     }
 
-    /// Returns a message to the queue. This counts as a delivery.
+    /// Returns a message to the queue. The broker counts this as a delivery. Raises unavailable.
     void give_back(std::uint64_t tag) { check(amqp_basic_nack(state_.get(), channel, tag, 0, 1)); }
 
     /// Enables confirm() for all messages published from now on.
@@ -131,6 +134,10 @@ public:
         check();
     }
 
+    /// Publishes a persistent message. Raises unavailable.
+    ///
+    /// id    message id; omitted if it has more than 255 bytes
+    /// body  JSON
     void publish(const std::string& queue, const std::string& id, const std::string& body) {
         constexpr std::uint8_t persistent = 2;
         amqp_basic_properties_t properties{};
@@ -141,16 +148,18 @@ public:
         unconfirmed_.insert(++published_);
     }
 
-    /// Waits until the broker has stored all published messages on disk. Also raises unavailable if it refuses one.
+    /// Waits until the broker has stored all published messages on disk. Raises unavailable if the broker refuses a message or
+    /// sends nothing for 30 seconds.
     void confirm() {
         while (!is_confirmed())
             if (!read_frame(std::chrono::seconds(30))) check(AMQP_STATUS_TIMEOUT);
     }
 
-    /// Whether the broker has stored all published messages on disk, as far as rest() and confirm() have read its answers.
+    /// Whether the broker has stored all published messages on disk, according to the responses that rest() and confirm() have
+    /// read.
     bool is_confirmed() const { return unconfirmed_.empty(); }
 
-    /// Sends heartbeats, and reads all answers that have arrived. Raises unavailable if the broker refuses a message.
+    /// Sends heartbeats, and reads all responses that have arrived. Raises unavailable if the broker refuses a message.
     void rest() {
         while (read_frame(std::chrono::seconds(0))) {
         }
@@ -208,7 +217,7 @@ private:
 
     void check() const { check(amqp_get_rpc_reply(state_.get())); }
     void check(int status) const {
-        if (status < 0) raise(error_code::unavailable, where_, "an answer", amqp_error_string2(status));
+        if (status < 0) raise(error_code::unavailable, where_, "a response", amqp_error_string2(status));
     }
     void check(const amqp_rpc_reply_t& reply) const {
         if (reply.reply_type == AMQP_RESPONSE_LIBRARY_EXCEPTION) check(reply.library_error);
@@ -218,7 +227,7 @@ private:
             found += " " + text(static_cast<const amqp_channel_close_t*>(reply.reply.decoded)->reply_text);
         if (reply.reply.id == AMQP_CONNECTION_CLOSE_METHOD)
             found += " " + text(static_cast<const amqp_connection_close_t*>(reply.reply.decoded)->reply_text);
-        raise(error_code::unavailable, where_, "an answer", found);
+        raise(error_code::unavailable, where_, "a response", found);
     }
 
     struct destroy {

@@ -32,7 +32,7 @@ namespace ldi::examples {
 
 /// Data to publish before a message is acknowledged.
 struct finished_message {
-    bool is_given_back = false;  ///< publish nothing; the message is to be delivered again
+    bool is_given_back = false;  ///< publish nothing, and return the message to the queue
     std::vector<nlohmann::ordered_json> results, dead;
     std::vector<photo_message> parts;  ///< the message's photos, one new message for each
 };
@@ -53,6 +53,8 @@ public:
         if (networks_.depth) networks_.depth.read();  // reports invalid weights before the first message
     }
 
+    /// Converts the photos of a message and writes their outputs. Returns the documents to publish. A photo's error becomes its
+    /// document.
     finished_message work_on(const delivery& message) {
         constexpr std::uint64_t suspicious = 2;
         finished_message done;
@@ -82,11 +84,13 @@ public:
     }
 
 private:
-    /// Returns the document of a photo, or null if another try may succeed and this is not the last one.
+    /// Returns the document of a photo, or null if another delivery may succeed.
+    ///
+    /// is_last  no other delivery follows, so a temporary error is final
     nlohmann::ordered_json document_for(const std::string& job, const std::string& photo, bool is_last) {
         nlohmann::ordered_json document = document_of(job, photo);
         try {
-            const output_keys outputs(photo);  // checked first, because a failure after the conversion would waste it
+            const output_keys outputs(photo);  // checked first, because a later failure would waste the conversion
             outputs_.check(outputs.glb), outputs_.check(outputs.document);
             if (std::optional<nlohmann::ordered_json> earlier = find_record(outputs.document, document)) {
                 metrics_.already_done.Increment();

@@ -1,5 +1,5 @@
-// A file of JSON documents, one per line, for `photo3d_queue collect`. It survives a full disk and a killed process: each line in
-// it is whole, and none is there twice.
+// A file of JSON documents, one per line, for `photo3d_queue collect`. Even after a full disk or a killed process, each line of
+// the file is complete and unique.
 #pragma once
 
 #include "../photo3d/line_reader.hpp"
@@ -36,7 +36,7 @@ public:
         : path_(path), file_{::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)} {
         if (file_.number < 0) fail();
         if (::flock(file_.number, LOCK_EX | LOCK_NB) != 0)  // two processes would remove each other's lines
-            raise(error_code::invalid_option, path.string(), "a file that nothing else writes", "a file in use");
+            raise(error_code::invalid_option, path.string(), "a file that no other process uses", "a file in use");
         std::ifstream written(path);
         bool has_end = true;
         for (line_reader lines(written); has_end && lines.next();) {
@@ -44,14 +44,15 @@ public:
             if (const std::optional<nlohmann::ordered_json> document = parse_document(lines.text())) {
                 saved_ += static_cast<off_t>(lines.text().size()) + (has_end ? 1 : 0);
                 ids_.insert(id_of(*document));
-                if (!has_end) text_ = "\n";  // an editor removed it
+                if (!has_end) text_ = "\n";  // an editor removed the line's end
             } else if (has_end || lines.text().rfind('{', 0) != 0) {
                 raise(error_code::invalid_data, path.string() + ", line " + std::to_string(lines.number()),
                       "a document that this program has written",
                       "\"" + lines.text().substr(0, 200) + "\" (to start over, name another file)");
             }
         }
-        // Removes an incomplete last line, which a process was killed while writing: its message was not acknowledged.
+        // Removes an incomplete last line, which remains if a process is killed while it writes. The message with this line was
+        // not acknowledged, so the broker delivers it again.
         if (ftruncate(file_.number, saved_) != 0) fail();
     }
     line_file(const line_file&) = delete;
@@ -64,7 +65,8 @@ public:
         return true;
     }
 
-    /// Writes all added lines to disk. If that fails, none of them is in the file, and the next call tries again.
+    /// Writes all added lines to disk. Raises file_access, unavailable. After an error, none of these lines is in the file, and
+    /// the next call tries again.
     void save() {
         if (text_.empty()) return;
         if (!append(text_) || fdatasync(file_.number) != 0) {

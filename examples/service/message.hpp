@@ -22,10 +22,10 @@
 namespace ldi::examples {
 
 /// Photos to be converted, named by their keys in the storage. `job` distinguishes submissions of the same key. A message with
-/// the same job and photos may be sent again: workers do the work only once.
+/// the same job and photos may be sent again: workers convert its photos only once.
 struct photo_message {
     static constexpr std::size_t max_photos = 64, max_job_bytes = 200;
-    /// maximum size of its text, even if every character of every key is written as \uXXXX
+    /// Maximum size of the text of a message in bytes, even if every character of every key is written as \uXXXX.
     static constexpr std::size_t max_bytes = std::size_t{1} << 19;
 
     std::string job;
@@ -82,7 +82,7 @@ inline photo_message parse_message(const std::string& body) {
         refuse(shown);
     photo_message message{*job, {}};
     if (message.job.empty() || message.job.size() > photo_message::max_job_bytes)
-        refuse("the name of a job of " + std::to_string(message.job.size()) + " bytes instead of 1 to " +
+        refuse("a job name of " + std::to_string(message.job.size()) + " bytes, outside the range 1 to " +
                std::to_string(photo_message::max_job_bytes));
     for (const nlohmann::json& key : *photos) {
         if (!key.is_string()) refuse(shown);
@@ -112,7 +112,7 @@ inline nlohmann::ordered_json document_of(const std::string& job, const std::str
     return {{"job", job}, {"photo", photo}};
 }
 
-/// Returns the document of a message that names no photos: the beginning of the message, and the reason.
+/// Returns the document of an invalid message: the beginning of the message, and the error.
 inline nlohmann::ordered_json document_of_refused(const std::string& body, const failure& why) {
     constexpr std::size_t shown = 1000;
     return {{"message", escaped(body.substr(0, shown))}, {"error", line_error(why)}};

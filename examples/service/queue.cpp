@@ -117,8 +117,9 @@ void for_each_document(const delivery& message, Take take) {
         return take(
             document_of_refused(message.body, {exit_never, "invalid data", "expected a photo's document, found something else"}));
     }
-    const failure why{exit_try_again, message.reason_of_death,
-                      "delivered " + std::to_string(broker_connection::delivery_limit) + " times, but no worker completed it"};
+    const failure why{
+        exit_try_again, message.reason_of_death,
+        "delivered " + std::to_string(broker_connection::delivery_limit) + " times, but no worker completed the message"};
     photo_message names;
     try {
         names = parse_message(message.body);
@@ -161,8 +162,8 @@ private:
         return options_.expected > 0 && results_.ids().size() + dead_.ids().size() - recovered_ >= options_.expected;
     }
 
-    /// Adds a document to its file. Returns false if it is no news: a photo that has failed may still succeed when its job is
-    /// submitted again, but not the other way around.
+    /// Adds a document to its file. Returns false for a document that adds nothing: one that its file has already, and a
+    /// failure of a photo that has a result. A photo that failed may still succeed when its job is submitted again.
     bool add(const nlohmann::ordered_json& document, bool is_dead) {
         if (is_dead) return results_.ids().count(id_of(document)) == 0 && dead_.add(document);
         const bool is_new = results_.add(document);
@@ -170,7 +171,7 @@ private:
         return is_new;
     }
 
-    /// Uses one connection until it fails.
+    /// Collects documents on one connection, until all expected ones have arrived. Raises unavailable if the connection fails.
     void serve() {
         constexpr std::uint16_t together = 256;
         const queue_names names(options_.queue);

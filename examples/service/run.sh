@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Starts a broker, two workers and a submitter on this machine, converts photos, and prints the results. Needs no containers.
+# Starts a broker and two workers on this machine, submits and converts photos, and prints the results. Needs no containers.
 #
 #   examples/service/run.sh [FOLDER_OF_PHOTOS [FOLDER_FOR_OUTPUTS]]     default: four copies of the sample and a broken file;
 #                                                                       build/service/outputs

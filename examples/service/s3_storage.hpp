@@ -25,9 +25,9 @@
 
 namespace ldi::examples {
 
-/// Objects of one bucket below a prefix. Environment variables, the same as those of Amazon's tools, set server and credentials:
-/// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN (for temporary credentials only), AWS_REGION (default us-east-1),
-/// AWS_ENDPOINT_URL (default: Amazon's server in the region).
+/// Objects of one bucket below a prefix. The environment variables that Amazon's tools use set the server and the credentials:
+/// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN (for temporary credentials only), AWS_REGION (default
+/// us-east-1), AWS_ENDPOINT_URL (default: Amazon's server in the region).
 class s3_storage : public storage {
 public:
     static constexpr std::string_view scheme = "s3://";
@@ -129,7 +129,7 @@ private:
         return headers;
     }
 
-    /// Sends one request.
+    /// Sends one request, and returns the body of the response. Raises the errors of get() and put().
     ///
     /// body  bytes to put; nullptr to get the object
     std::vector<std::byte> perform(const std::string& key, const std::span<const std::byte>* body, std::size_t max_bytes) {
@@ -145,7 +145,7 @@ private:
         curl_easy_setopt(curl, CURLOPT_PASSWORD, secret_.c_str());
         curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
         curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 10L);
-        curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);  // cancels a transfer that receives nothing for 10 seconds
+        curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);  // cancels a transfer that stalls for 10 seconds
         curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, 10L);
         curl_easy_setopt(curl, CURLOPT_TIMEOUT, 900L);  // in seconds, for a server that sends a few bytes at a time
         curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &s3_storage::take);
@@ -166,7 +166,7 @@ private:
         if (answered.is_too_large)
             raise(error_code::too_large, url, "at most " + std::to_string(answered.max_bytes) + " bytes", "more");
         if (answered.is_out_of_memory) throw std::bad_alloc();
-        if (done != CURLE_OK) raise(error_code::unavailable, url, "an answer", curl_easy_strerror(done));
+        if (done != CURLE_OK) raise(error_code::unavailable, url, "a response", curl_easy_strerror(done));
         long status = 0;
         curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &status);
         if (status >= 200 && status < 300) return;

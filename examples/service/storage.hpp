@@ -53,8 +53,8 @@ public:
     virtual void put(const std::string& key, std::span<const std::byte> bytes) = 0;
 };
 
-/// A folder, possibly on another machine. Strangers may have written to it: the functions do not follow links, so that nothing
-/// outside is read or written, and open only plain files.
+/// A folder, possibly on another machine. Untrusted users may have written to it. The functions therefore do not follow links,
+/// so that they read and write nothing outside the folder, and open only regular files.
 class folder_storage : public storage {
 public:
     explicit folder_storage(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -98,7 +98,8 @@ public:
         const file_handle folder = folder_of(key, true);
         struct stat facts {};
         if (::fstatat(folder.number(), name_of(key).c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(facts.st_mode))
-            raise(error_code::file_access, path_of(key), "a plain file or none", "a link, or something else that is not a file");
+            raise(error_code::file_access, path_of(key), "a regular file or none",
+                  "a link, or something else that is not a regular file");
         if (searched_.insert(std::filesystem::path(key).parent_path().string()).second)  // searches each folder once
             remove_abandoned(folder);
         temporary_file file(folder);
@@ -107,13 +108,13 @@ public:
 
 private:
     /// A new file of a folder that is not complete yet: .ldi-NUMBER.put. It is locked, so that other processes can recognize the
-    /// files that killed processes left. All functions work on the open folder, so that nothing outside is written even if a
-    /// stranger replaces folders with links meanwhile.
+    /// files that killed processes left. All functions work on the open folder, so that nothing outside it is written even if
+    /// somebody replaces folders with links meanwhile.
     class temporary_file {
     public:
         explicit temporary_file(const file_handle& folder) : folder_(folder) {
             struct stat facts {};
-            do {  // until no process has removed the file as abandoned before it was locked
+            do {  // repeats if another process has removed the file as abandoned before this one locked it
                 name_ = temporary_name() + ".put";
                 file_ = file_handle(folder, name_, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, 0666);
             } while (file_.number() >= 0 && ::flock(file_.number(), LOCK_EX) == 0 && ::fstat(file_.number(), &facts) == 0 &&
@@ -127,7 +128,7 @@ private:
             errno = reason;
         }
 
-        /// Writes all bytes to the disk. False after a failure, which errno names.
+        /// Writes all bytes to the disk. False after a failure, with errno set.
         bool write(std::span<const std::byte> bytes) {
             if (file_.number() < 0) return false;
             while (!bytes.empty()) {
@@ -139,8 +140,8 @@ private:
             return ::fsync(file_.number()) == 0;
         }
 
-        /// Replaces the file `name`, if it is not protected, and keeps its permissions and, if the system allows it, its owner.
-        /// False after a failure, which errno names.
+        /// Replaces the file `name`, unless it is write-protected. Keeps the file's permissions, and also its owner if the
+        /// system allows it. False after a failure, with errno set.
         bool put_in_place(const std::string& name) {
             struct stat old {};
             if (::fstatat(folder_.number(), name.c_str(), &old, AT_SYMLINK_NOFOLLOW) == 0) {
@@ -149,7 +150,7 @@ private:
                 if (::fchmod(file_.number(), old.st_mode & 07777) != 0) return false;
             }
             if (::renameat(folder_.number(), name_.c_str(), folder_.number(), name.c_str()) != 0) return false;
-            ::fsync(folder_.number());  // not every file system can
+            ::fsync(folder_.number());  // some file systems do not support this
             return true;
         }
 
@@ -180,11 +181,14 @@ private:
 
     [[noreturn]] void fail(const std::string& key, const char* expected) const {
         if (errno == ELOOP || errno == EMLINK || errno == ENOTDIR)
-            raise(error_code::file_access, path_of(key), expected, "a link, which is not followed, or a file for a folder");
+            raise(error_code::file_access, path_of(key), expected,
+                  "a link (links are not followed), or a file instead of a folder");
         raise_system_error(last_error(), path_of(key), expected);
     }
 
-    /// Opens the folder of an object, one folder of the path after the other. Raises file_access, unavailable.
+    /// Opens the folder of an object, one folder of the path after the other. Raises invalid_data, file_access, unavailable.
+    ///
+    /// makes_missing  makes missing folders
     file_handle folder_of(const std::string& key, bool makes_missing) const {
         check_key(key);
         file_handle folder(folder_, O_RDONLY | O_DIRECTORY);
@@ -208,7 +212,7 @@ class patient_storage : public storage {
 public:
     using duration = std::chrono::duration<double>;
 
-    /// patience    time in seconds after which it gives up; 0 tries once
+    /// patience    time in seconds after which a request fails; 0: no retries
     /// is_ending   stops the retries when it becomes true
     /// on_failure  is called with the message of every failure
     patient_storage(std::unique_ptr<storage> tried, duration patience, const std::atomic<bool>& is_ending,

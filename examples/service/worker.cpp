@@ -56,14 +56,17 @@ struct finished_task {
     finished_message done;
 };
 
-/// Publishes the documents of one message at a time. Never waits for the broker's confirmation, and tries again on a new
-/// connection after an error, so that the connection that receives messages survives both.
+/// Publishes the documents of one message at a time. Does not wait for the broker's confirmations, and tries again on a new
+/// connection after an error. The connection that receives messages is therefore not affected.
 class publisher {
 public:
     publisher(const std::string& url, const queue_names& names) : url_(url), names_(names) { connect(); }
 
-    /// Publishes the documents of a message unless an earlier call has. Returns whether the broker has stored all of them; then
-    /// the next call is about another message. Must be called every few seconds, with null if there are no documents.
+    /// Publishes the documents of a message. Returns true once the broker has stored all of them. Until then, call it again with
+    /// the same message; this publishes nothing twice, unless the connection fails. Must be called every few seconds, because it
+    /// also sends heartbeats.
+    ///
+    /// done  nullptr: there is nothing to publish
     bool store(const finished_message* done) {
         if (std::chrono::steady_clock::now() < next_attempt_) return false;
         try {
@@ -134,7 +137,7 @@ private:
         return {{"broker", has_broker_.load()}, {"photos", photos_.is_there()}, {"outputs", outputs_.is_there()}};
     }
 
-    /// Stops the worker; its messages then go to others. Any thread may call it.
+    /// Stops the worker; the broker then delivers its messages to other workers. Any thread may call it.
     void end_with(std::exception_ptr failure) {
         const std::lock_guard lock(mutex_);
         if (!failed_) failed_ = std::move(failure);
@@ -219,7 +222,7 @@ private:
 };
 
 void describe(CLI::App& app, worker_options& options) {
-    app.description("Converts the photos that are named by messages of a queue. Options after -- are those of photo3d --batch.");
+    app.description("Converts the photos that the messages of a queue name. Options after -- are those of photo3d --batch.");
     app.add_option("--broker", options.broker, "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST")->capture_default_str();
     app.add_option("--queue", options.queue, "name of the queue; results go to NAME.results and NAME.dead")
         ->capture_default_str();
@@ -241,7 +244,7 @@ void describe(CLI::App& app, worker_options& options) {
 bool parse_conversion_options(CLI::App& app, const std::vector<std::string>& options, const arguments& a) {
     try {
         std::vector<std::string> words = options;
-        words.insert(words.begin(), {"--batch", "-"});  // photos are named by messages
+        words.insert(words.begin(), {"--batch", "-"});  // messages name the photos
         std::reverse(words.begin(), words.end());       // CLI11 expects the reverse order
         app.parse(words);
         check_effects(app, a);

@@ -5,7 +5,8 @@
 #
 #   examples/training/evaluate.sh [FOLDER]      FOLDER: folder of the weights; default: examples/models
 #
-# Writes pictures to out/training. The photographs are in ../shared. If they are missing, the table is skipped, and the last line says so.
+# Writes pictures to out/training. Reads photographs from ../shared. Skips a table if its photographs are missing, and reports this in the
+# last line.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -31,7 +32,7 @@ are_there() {
     done
 }
 
-# Compiles a program of this folder with the library alone.
+# Compiles a program of this folder, which uses only the library.
 compile() {
     "${CXX:-g++}" -std=c++20 -O2 -I"$root/include" "$here/$1.cpp" -o "$built/$(basename "$1")"
 }

@@ -3,12 +3,12 @@
     python3 partial_convolution.py --out partial_convolution.safetensors [--state state.pt] [--type float16|float32]
 
 Liu et al., Image Inpainting for Irregular Holes Using Partial Convolutions, ECCV 2018: 16 partial convolutions, 32.85 M weights,
-37.97 G multiplications at 512 x 512. This project has not trained it: without --state, a state_dict of PartialConvolutionNetwork,
-weights are random, which is enough to measure time and to compare arithmetic.
+37.97 G multiplications at 512 x 512. This project has not trained the network. --state is a state_dict of PartialConvolutionNetwork.
+Without it, weights are random, which suffices to measure time and to compare arithmetic.
 
-It differs from Farbrausch (farbrausch/model.py) in input and output. The input is colors with a mask that is 0 in the holes, which
-shrink from layer to layer; the output is colors instead of a correction to a smooth fill. Colors are in [0, 1] without subtracted
-mean, because a mean cannot be folded into partial convolutions, whose ratio would multiply it.
+The network differs from Farbrausch (farbrausch/model.py) in input and output. The input is colors, with a mask that is 0 in holes. Holes
+shrink from layer to layer. The output is colors instead of a correction to a smooth fill. Colors are in [0, 1], and no mean is subtracted:
+a mean cannot be folded into the bias of a partial convolution, whose ratio differs from pixel to pixel.
 """
 import argparse
 import json

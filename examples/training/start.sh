@@ -7,11 +7,11 @@ recipe=$1 folder=$2
 shift 2
 mkdir -p "$folder"
 if [ -e "$folder/pid" ] && grep -qs "$recipe/train.py" "/proc/$(cat "$folder/pid")/cmdline"; then
-    printf '%s: expected no training that runs in this folder, found process %s\n' "$folder" "$(cat "$folder/pid")" >&2
+    printf '%s: expected a folder without a running training, found process %s\n' "$folder" "$(cat "$folder/pid")" >&2
     exit 1
 fi
 rm -f "$folder/stop"
-# Without these settings, the C library returns the memory of every large tensor to the system, which takes a fifth of the time.
+# Without these settings, the C library returns the memory of every large tensor to the system, which takes a fifth of the training time.
 export MALLOC_TRIM_THRESHOLD_=8000000000 MALLOC_MMAP_THRESHOLD_=8000000000
 export PYTHONDONTWRITEBYTECODE=1
 setsid nohup nice -n 19 chrt -i 0 /usr/bin/python3 "$here/$recipe/train.py" --out "$folder" "$@" \

@@ -8,8 +8,8 @@ CODES = {np.dtype(np.float16): "F16", np.dtype(np.float32): "F32", np.dtype(np.i
 
 
 def write_safetensors(path, tensors, metadata):
-    """Writes eight bytes of header length, a JSON header (padded with spaces to a multiple of 8), then the tensors one after another,
-    little-endian and row-major. tensors: {name: array}; metadata: {string: string}."""
+    """Writes eight bytes of header length, a JSON header (padded with spaces to a multiple of 8), and then all tensors, little-endian and
+    row-major. tensors: {name: array}; metadata: {string: string}."""
     header, offset = {"__metadata__": metadata}, 0
     for name, tensor in tensors.items():
         header[name] = {"dtype": CODES[tensor.dtype], "shape": list(tensor.shape), "data_offsets": [offset, offset + tensor.nbytes]}

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# build.sh: bundles the viewer and three.js into one HTML file, build/viewer/viewer.html, in which photo3d --html embeds photos. Also
+# build.sh: bundles the viewer and three.js into one HTML file, build/viewer/viewer.html, into which photo3d --html embeds photos. Also
 # builds gallery.html, for photo3d --gallery, and photo-3d/, the npm package. Installs missing packages. Prints the paths of the files,
-# that of viewer.html last.
+# viewer.html last.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)

@@ -1,7 +1,7 @@
 // node bundle.mjs FOLDER
 //
-// Makes the viewer's page, FOLDER/viewer.html, the page of a batch, FOLDER/gallery.html, and the npm package of the element,
-// FOLDER/photo-3d/. Needs `npm ci` in this folder, once.
+// Makes the viewer's page (FOLDER/viewer.html), the page of a batch (FOLDER/gallery.html) and the npm package of the element
+// (FOLDER/photo-3d/). Requires that `npm ci` has run in this folder.
 
 import { copyFile, mkdir, readFile, rename, writeFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
@@ -38,7 +38,7 @@ async function bundle(file, format) {
     return result.outputFiles[0].text;
 }
 
-/** Replaces a marker, which must occur in the page exactly once. */
+/** Replaces a marker in a page. Throws an error unless the marker occurs exactly once. */
 function fill(page, marker, content) {
     const parts = page.split(marker);
     if (parts.length !== 2) throw new Error(`page: expected ${marker} once, found it ${parts.length - 1} times`);
@@ -58,7 +58,7 @@ if (!output) {
     console.error("usage: node bundle.mjs FOLDER");
     process.exit(2);
 }
-/** A page in one file, with its style sheet and its program. */
+/** Returns a page in one file, with its style sheet and its program. */
 async function makePage(name) {
     const style = await transform(await readFile(join(source, `${name}.css`), "utf8"), { loader: "css", minify: true });
     const page = fill(await readFile(join(source, `${name}.html`), "utf8"), "/* the style goes here */", style.code.trim());

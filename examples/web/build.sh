@@ -13,7 +13,7 @@ viewer=$("$top/examples/viewer/build.sh" | tail -n 1)
 build=$top/build/web
 libraries=$("$top/packaging/libraries.sh" web pugixml lcms2 libde265 libheif)
 mkdir -p "$build/headers"
-ln -sfn /usr/include/stb "$build/headers/stb"  # -I/usr/include would include this machine's C library
+ln -sfn /usr/include/stb "$build/headers/stb"  # not -I/usr/include, which has the headers of this machine's C library
 
 export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # Debian's folders of the modules that Emscripten's scripts import
 # compile NAME SOURCE FLAG...: writes NAME.js and NAME.wasm.
@@ -30,7 +30,7 @@ compile() {
         -sMEMORY_GROWTH_GEOMETRIC_STEP=0 -sTOTAL_STACK=1MB -sEXPORTED_FUNCTIONS=_malloc,_free \
         -sEXPORTED_RUNTIME_METHODS=UTF8ToString "${@:3}" >&2
 }
-# start NAME ...: runs compile in the background; finish waits for all, and fails if one failed.
+# start NAME ...: runs compile in the background. finish: waits for all of them, and fails if one failed.
 running=()
 start() {
     compile "$@" &
@@ -43,7 +43,7 @@ finish() {
 converter=(converter.cpp -lpugixml -sEXPORT_NAME=createConverter -sMEMORY_GROWTH_LINEAR_STEP=1MB)
 max_threads=8
 start converter "${converter[@]}"
-# Build with threads, for pages with shared memory. Emscripten's threads must exist before the program starts them.
+# A build with threads, for pages with shared memory. Emscripten must create the Workers of the threads before the program needs them.
 start converter_threads "${converter[@]}" -pthread -Wno-pthreads-mem-growth -DLDI_MAX_THREADS="${max_threads}U" -sDEFAULT_PTHREAD_STACK_SIZE=1MB \
     -sINITIAL_MEMORY=16MB -sMAXIMUM_MEMORY=1GB -sPTHREAD_POOL_SIZE="Math.min(navigator.hardwareConcurrency,$max_threads)-1"
 start heic heic.cpp -DLDI_WITH_LIBHEIF -DLDI_WITH_LCMS2 -lheif -lde265 -llcms2 -lpugixml -sEXPORT_NAME=createReader -sMEMORY_GROWTH_LINEAR_STEP=16MB

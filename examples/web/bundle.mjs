@@ -28,7 +28,7 @@ async function bundle(entry, options = {}) {
 }
 const bundleFile = (name, options) => bundle({ entryPoints: [join(source, name)] }, options);
 
-/** Replaces a marker, which must occur in the text exactly once. */
+/** Replaces a marker in a text. Throws an error unless the marker occurs exactly once. */
 function fill(text, marker, content) {
     const parts = text.split(marker);
     if (parts.length !== 2) throw new Error(`expected ${marker} once, found it ${parts.length - 1} times`);
@@ -37,7 +37,7 @@ function fill(text, marker, content) {
 
 const hashOf = (text) => `'sha256-${createHash("sha256").update(text).digest("base64")}'`;
 
-/** Moves the low bytes of 16-bit numbers before the high bytes for better compression. assets.js reverses it. */
+/** Stores the low bytes of all 16-bit numbers before all high bytes, for better compression. assets.js reverses this. */
 function splitHalves(bytes) {
     const halves = Buffer.alloc(bytes.length);
     const low = Math.ceil(bytes.length / 2);
@@ -48,7 +48,7 @@ function splitHalves(bytes) {
 /** Compresses a file with gzip at maximum level, which all browsers unpack. */
 const pack = async (bytes) => Buffer.from(await zopfli.gzipAsync(bytes, { numiterations: 3, blocksplittingmax: 60 }));
 
-/** Minifies a file of Emscripten. */
+/** Minifies a JavaScript file that Emscripten wrote. */
 const minify = async (name) => Buffer.from(await bundle({ stdin: { contents: await readFile(join(built, name), "utf8"), loader: "js" } }, { bundle: false }));
 
 const viewerPage = await readFile(viewer, "utf8");
@@ -61,13 +61,15 @@ const assets = {
     "inpainting.halves": splitHalves(await readFile(join(models, "farbrausch.safetensors"))),
     "viewer.html": Buffer.from(viewerPage),
 };
-/** Files that replace the converter on pages where threads are allowed. Only a server can allow them. */
+/** Files that replace the converter on pages where browsers allow threads. Only pages from a server can have threads. */
 const assetsOfThreads = {
     "converter_threads.js": await minify("converter_threads.js"),
     "converter_threads.worker.js": await minify("converter_threads.worker.js"),
     "converter_threads.wasm": await readFile(join(built, "converter_threads.wasm")),
 };
-/** Files that the page loads for the first HEIC photo. Only the folder has them: they would enlarge the one-file page by a ninth. */
+/**
+ * Files that the page loads for the first HEIC photo. Only the folder has them, because they would enlarge the single-file page by a ninth.
+ */
 const assetsOfHeic = {
     "heic.js": Buffer.concat([await minify("heic.js"), Buffer.from("\n"), Buffer.from(await bundleFile("heic.js"))]),
     "heic.wasm": await readFile(join(built, "heic.wasm")),
@@ -79,8 +81,10 @@ const program = (await bundleFile("main.js", { format: "iife" })).replace(/<\/sc
 const template = await readFile(join(source, "page.html"), "utf8");
 
 /**
- * @param {string} assetsText
- * @param {string} server  origins from which the page may read files
+ * Returns the HTML of the page.
+ *
+ * @param {string} assetsText  script elements that contain the assets; empty if the page reads them from the server
+ * @param {string} server  origins from which the page may read files, as in a Content-Security-Policy
  * @param {string} heic  end of the sentence "HEIC ..." on the page: the condition under which the page reads HEIC
  */
 function makePage(assetsText, server, heic) {

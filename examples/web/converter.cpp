@@ -1,7 +1,8 @@
-// The converter of the page: a file's bytes in, a 3D photo as GLB out. build.sh compiles it to WebAssembly; worker.js calls it.
+// The converter of the page: turns the bytes of a photo's file into a 3D photo (GLB). build.sh compiles it to WebAssembly;
+// worker.js calls it.
 //
-// One thread calls all functions, one after the other. A function that can fail returns 0 and keeps the message for
-// web_message(). With -pthread, the functions use all processors.
+// One thread calls all functions, one after the other. A function that fails returns 0, and web_message() then returns the
+// message of the error. With -pthread, the functions use all processors.
 
 #include "landing_pads.hpp"
 
@@ -25,6 +26,7 @@
 #include <new>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -64,7 +66,7 @@ converter& state() {
     return only;
 }
 
-/// Calls `function`. Returns 1, or 0 after an error, whose message it keeps.
+/// Calls `function`. Returns 1, or 0 after an error. Stores the error's message for web_message().
 template <class Function>
 int attempt(Function&& function) {
     try {
@@ -103,7 +105,7 @@ std::vector<std::byte> encode_texture(image_view<const std::uint8_t> picture, in
     return bytes;
 }
 
-/// Encodes a small picture of the photo, for pages to show during loading.
+/// Encodes a small picture of the photo, which pages show while the 3D photo loads.
 std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
@@ -117,7 +119,7 @@ image<T> copy_of(const T* values, std::size_t height, std::size_t width, std::si
     return copy;
 }
 
-/// Completes the depth of a file; inverts it if its direction is a guess that the network contradicts.
+/// Fills invalid pixels of a file's depth map. Inverts the map if its direction is a guess that the depth network contradicts.
 void complete(photo_with_depth& input) {
     if (!input.depth) return;
     photo_depth& depth = *input.depth;
@@ -125,7 +127,7 @@ void complete(photo_with_depth& input) {
     if (depth.is_white_near_a_guess) examples::invert_as_seen(input, *state().depth, state().threads);
 }
 
-/// Makes the 3D photo. Releases the input as soon as it can: a phone's browser has little memory.
+/// Makes the 3D photo. Releases the input as soon as possible, because browsers on phones have little memory.
 photo3d make(photo_with_depth input) {
     photo3d_options options = state().options;
     options.progress = listener();
@@ -140,7 +142,7 @@ photo3d make(photo_with_depth input) {
     return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options, state().threads);
 }
 
-/// Encodes the GLB and the poster, and keeps them with the figures that the page reads.
+/// Encodes the GLB and the poster, and stores them and the photo's size for the functions below.
 ///
 /// is_exact  write the texture as PNG, so that a test can compare its pixels
 void encode(const photo3d& made, const std::string& name, bool is_exact) {
@@ -166,7 +168,7 @@ void encode(const photo3d& made, const std::string& name, bool is_exact) {
 
 std::span<const std::byte> bytes_of(const void* data, std::size_t size) { return {static_cast<const std::byte*>(data), size}; }
 
-/// Makes a scene of discs in front of a slope, on which every stage has work to do.
+/// Makes a scene of discs in front of a slope, so that every stage has work to do.
 photo_with_depth scene_for_warm_up() {
     constexpr std::size_t height = 384, width = 512;
     photo_with_depth scene;
@@ -199,15 +201,15 @@ EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) 
     });
 }
 
-/// Frees the GLB and the poster, so that every photo finds the memory in the same state. A block that remained, such as the
-/// capacity that `poster = {}` keeps, would have another address after each photo and fragment the free memory.
+/// Frees the GLB and the poster, so that the memory is in the same state before every photo. Any remaining block, such as the
+/// capacity that `poster = {}` keeps, would have a different address after each photo and fragment the free memory.
 EMSCRIPTEN_KEEPALIVE void web_release() {
     state().glb = {};
     std::vector<std::byte>().swap(state().poster);
 }
 
 /// Runs a part of the program, so that the browser compiles and optimizes its code before the first photo; returns 1, or 0 after
-/// an error. Parts 0 to 2 together run everything; each takes a fraction of a second.
+/// an error. Parts 0 to 2 together run all stages. Each takes a fraction of a second.
 EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
     return attempt([part] {
         photo_with_depth scene = scene_for_warm_up();
@@ -220,8 +222,8 @@ EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
     });
 }
 
-/// Checks a file's header; returns 1 if web_open() decodes the file, 2 if the browser must decode it (a format or a color profile
-/// for which this program has no library), or 0 after an error.
+/// Checks a file's header. Returns 1 if web_open() can decode the file, 2 if the browser must decode it (a format or a color
+/// profile for which this program has no library), or 0 after an error.
 EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const char* name) {
     int decoder = 1;
     const int is_done = attempt([&] {
@@ -239,22 +241,22 @@ EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const c
     return is_done == 0 ? 0 : decoder;
 }
 
-/// Refuses a file that the browser cannot decode; returns 0.
+/// Sets the error message for a file that the browser cannot decode. Returns 0.
 EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const char* name) {
     return attempt([&] {
         const std::span<const std::byte> file = bytes_of(data, size);
         std::string found = ldi::describe_format(file);
         if (ldi::detail::is_heif(file))
             found +=
-                ", which this page reads only if it comes from a server: open the page from a server, or save the photo as JPEG";
+                ", which this page reads only when opened from a server: open the page from a server, or save the photo as JPEG";
         raise(size == 0 ? error_code::invalid_data : error_code::unsupported, name,
-              "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another that this browser reads", found);
+              "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another format that this browser reads", found);
     });
 }
 
 /// Decodes a photo and the depth inside it for web_convert(); returns 1, or 0 after an error.
 ///
-/// rgba  pixels that the browser has decoded, upright; null: decode the file here
+/// rgba  height x width x 4 pixels that the browser has decoded, upright; null: decode the file here
 EMSCRIPTEN_KEEPALIVE int web_open(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
                                   std::size_t height, std::size_t width) {
     return attempt([&] {
@@ -270,7 +272,7 @@ EMSCRIPTEN_KEEPALIVE int web_open(const void* data, std::size_t size, const char
 ///
 /// color         height x width x 3
 /// focal_length  in millimeters on 35 mm film; 0: unknown
-/// refused       the reason why depth in the file is not used, or an empty text
+/// refused       reason why the depth in the file is not used, or an empty text
 EMSCRIPTEN_KEEPALIVE int web_accept(const std::uint8_t* color, std::size_t height, std::size_t width, float focal_length,
                                     const char* refused) {
     return attempt([&] {
@@ -293,8 +295,8 @@ EMSCRIPTEN_KEEPALIVE int web_add_depth(const float* disparity, std::size_t heigh
     });
 }
 
-/// Converts the photo of web_open() or web_accept(); returns 1, or 0 after an error. web_glb() and web_poster() have the results,
-/// until web_release().
+/// Converts the photo of web_open() or web_accept(). Returns 1, or 0 after an error. web_glb() and web_poster() return the
+/// results until web_release() frees them.
 EMSCRIPTEN_KEEPALIVE int web_convert(const char* name, int is_exact) {
     return attempt([&] {
         photo_with_depth input = std::move(state().input.value());
@@ -306,7 +308,7 @@ EMSCRIPTEN_KEEPALIVE int web_convert(const char* name, int is_exact) {
     });
 }
 
-/// Results of the last call.
+/// Results of the last call of web_convert(), and the number of threads.
 EMSCRIPTEN_KEEPALIVE const void* web_glb() { return state().glb.data(); }
 EMSCRIPTEN_KEEPALIVE std::size_t web_glb_size() { return state().glb.size(); }
 EMSCRIPTEN_KEEPALIVE const void* web_poster() { return state().poster.data(); }

@@ -1,4 +1,4 @@
-// Reads HEIC photos and the depth inside them with libheif, to the same pixels as the program. build.sh compiles it to
+// Reads HEIC photos and the depth inside them with libheif. The pixels are the same as in the program. build.sh compiles it to
 // WebAssembly; source/heic.js calls it in a separate Worker, which the page starts for HEIC photos only.
 
 #include <ldi/io/photo_depth.hpp>

@@ -1,8 +1,8 @@
-// Converts a photo to a 3D photo: calls all stages of the paper in the paper's order. Additional stages sharpen depth edges
-// (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside silhouettes, add texture to hidden
-// surfaces (inpaint/), continue surfaces past the photo's border (occlusion/past_frame.hpp), and soften silhouettes
-// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run only some
-// stages, or to insert your own.
+// Converts a photo to a 3D photo: calls all stages of the paper (Kopf et al., "One Shot 3D Photography", SIGGRAPH 2020) in the
+// paper's order. Additional stages sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges,
+// unmix the colors beside silhouettes, add texture to hidden surfaces (inpaint/), continue surfaces past the photo's border
+// (occlusion/past_frame.hpp), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function in the
+// headers below. Call these functions to run only some stages, or to insert your own.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -34,16 +34,16 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A 3D photo, and the results of all stages. `Own` are the caller's columns.
+/// A 3D photo, and the results of all stages. `Own` lists the tags of the caller's own columns.
 template <payload_column... Own>
 struct basic_photo3d {
     image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image without its margin
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, the estimate resampled to the photo's resolution, before it is cleaned there
+    image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before filtering
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
-    /// Total number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped. Across these sides,
-    /// the mesh connects the front and the back surface. Usually 0 for photographs.
+    /// Total number of pixel sides in the silhouettes that were dropped because of curve_options::max_density or max_sides.
+    /// Across these sides, the mesh connects the front and the back surface. Usually 0 for photographs.
     std::size_t dropped_sides = 0;
     /// facts.motion is less than expand_options::motion if expand_options::iterations or max_hidden limited the hidden surfaces.
     photo_facts facts;
@@ -56,7 +56,8 @@ using photo3d = basic_photo3d<>;
 
 /// Colors the hidden surfaces, adds texture and grain to them, and restores the colors of the rims.
 ///
-/// rims       lifted_photo::rims of these layers
+/// layers     result of expand(), changed in place
+/// rims       lifted_photo::rims of the same photo
 /// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and
 ///            options.grain.strength to 0
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
@@ -75,7 +76,8 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 /// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and
 ///            options.grain.strength to 0
 ///
-/// Raises the same errors as the overload that accepts an estimator and a decider, except the errors of these two.
+/// Raises the same errors as the overload that accepts an estimator and a decider, except the errors of the estimator and the
+/// decider.
 template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -141,7 +143,7 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
-/// Same, without columns of the caller.
+/// Same, without the caller's own columns.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
@@ -155,7 +157,7 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    Executor&& threads = {}) {
     return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
-/// Same, with aligned_silhouettes as the decider and without columns of the caller.
+/// Same, with aligned_silhouettes as the decider and without the caller's own columns.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}) {

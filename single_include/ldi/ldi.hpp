@@ -14,8 +14,8 @@
 // ---- ldi/base/config.hpp
 // Settings that a user can define before including any header of ldi, and properties of the compiler that ldi detects.
 //
-// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(). You can define it as a macro of your
-//                         engine; all translation units that define it must use the same definition.
+// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(). You can redirect it to a macro of
+//                         your engine; all translation units that define it must use the same definition.
 // LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
 // LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types, and kernels for specific instruction sets.
 //                         Scalar code then computes everything, as it always does with other compilers.
@@ -154,10 +154,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 enum class error_code {
     invalid_option,  ///< an option is outside its documented range
     invalid_data,    ///< a file or buffer violates its format
-    unsupported,     ///< well formed, but of a kind that ldi does not read
+    unsupported,     ///< a well-formed file or tensor of a kind that ldi does not read
     mismatch,        ///< inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
-    file_access,     ///< the operating system refused to open, read, write or rename
+    file_access,     ///< the operating system refused to open, read, write or rename a file
     canceled,        ///< the caller's progress_listener asked to stop
     /// memory is exhausted while io/ decodes or encodes a file. Elsewhere, ldi throws std::bad_alloc instead, and raises this
     /// code only if exceptions are off
@@ -254,8 +254,8 @@ inline error_handler set_error_handler(error_handler handler) {
 }}  // namespace ldi
 
 // ---- ldi/base/memory.hpp
-// Custom allocators. A `memory_scope` selects the allocator for all buffers (base/buffer.hpp) that ldi creates, so that an engine
-// can charge every stage to its own memory budget.
+// Custom allocators. A `memory_scope` selects the allocator for all buffers (base/buffer.hpp) that ldi creates, so that an
+// engine can account for the memory of every stage.
 
 #include <cstddef>
 
@@ -296,8 +296,8 @@ inline const memory*& memory_of_thread() {
 
 }  // namespace detail
 
-/// Returns the allocator that new buffers on this thread use: that of the innermost `memory_scope`, or the C library's if there
-/// is no scope.
+/// Returns the allocator that new buffers on this thread use: the allocator of the innermost `memory_scope`, or the C library's
+/// allocator if there is no scope.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
 /// Makes new buffers on the calling thread allocate from `from` until the scope ends. Stages called in the scope also use `from`
@@ -428,12 +428,13 @@ concept element_iterator = requires(T i) {
 /// trivial types uninitialized, and a moved-from buffer is empty.
 ///
 /// Like any container, a temporary buffer converts to std::span<const T>, so that it can be an argument. Therefore
-/// `std::span<const float> s = make();` compiles, too, but `s` then refers to destroyed values. An array_view refuses it.
+/// `std::span<const float> s = make();` also compiles, but `s` then refers to destroyed values. array_view does not allow this
+/// conversion.
 ///
 /// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
 /// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
-/// value's copy constructor throws while the buffer grows or is assigned to. If a type's move constructor may throw, a growing
-/// buffer copies the values instead of moving them. The iterators of append() and insert() must not throw.
+/// value's copy constructor throws while the buffer grows or is assigned to. If the move constructor of the value type may
+/// throw, a growing buffer copies the values instead of moving them. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:
@@ -476,7 +477,7 @@ public:
     }
 
     std::size_t size() const { return block_.size; }
-    /// Returns size() in the type of ldi's indices; also the index of the next appended value.
+    /// Returns size() as std::int32_t, the type of ldi's indices.
     std::int32_t count() const {
         LDI_ASSERT(size() <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size());
@@ -531,7 +532,7 @@ public:
         }
     }
     void resize(std::size_t count, const T& value) {
-        const T copy = value;  // `value` may be an element of this buffer, which moves
+        const T copy = value;  // `value` may be an element of this buffer, whose values move
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
     }
@@ -539,7 +540,7 @@ public:
         if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
-    /// `value` may be an element of this buffer. The range that the other assign() accepts must not lie in this buffer.
+    /// `value` may be an element of this buffer. The range [first, last) of the other overload must not lie in this buffer.
     void assign(std::size_t count, const T& value) {
         const T copy = value;
         clear();
@@ -661,7 +662,7 @@ private:
     }
     [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
         static_assert(std::is_nothrow_move_constructible_v<T> || std::is_copy_constructible_v<T>,
-                      "a buffer must keep its values if it cannot grow");
+                      "the type needs a noexcept move constructor or a copy constructor");
         buffer moved;  // its destructor releases `place` if a constructor throws, and otherwise the old block
         moved.block_ = {place, 0, new_capacity, block_.from};
         for (; moved.size() < size(); ++moved.block_.size)
@@ -712,7 +713,7 @@ public:
 
     constexpr T* data() const { return data_; }
     constexpr std::size_t size() const { return size_; }
-    /// Returns size() in the type of ldi's indices.
+    /// Returns size() as std::int32_t, the type of ldi's indices.
     std::int32_t count() const {
         LDI_ASSERT(size_ <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size_);
@@ -753,8 +754,8 @@ array_view(T*, std::size_t) -> array_view<T>;
 }}  // namespace ldi
 
 // ---- ldi/base/executor.hpp
-// Executors run ldi's work on the caller's threads. Every parallel stage accepts one; ldi starts threads only in a thread_pool.
-// Results never depend on the executor or on its number of threads.
+// Executors run ldi's work on the caller's threads. Every parallel stage accepts an executor. The only threads that ldi itself
+// starts are those of a thread_pool. Results never depend on the executor or on its number of threads.
 
 #include <algorithm>
 #include <condition_variable>
@@ -784,8 +785,8 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
-/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws,
+/// `count` is less than `grain`. The work on `grain` indices should take longer than passing a piece to a thread, which costs a
+/// few microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws,
 /// parallel_for() skips the pieces that have not started, waits for the others, and rethrows the first exception.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
@@ -828,12 +829,12 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: a function that runs on the pool
-/// must not call run() of the same pool, which would deadlock; an assertion checks this.
+/// A pool with a fixed number of threads. The thread that calls run() also works. Not reentrant: a function that runs on the
+/// pool must not call run() of the same pool, which would deadlock; an assertion checks this.
 class thread_pool {
 public:
-    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
-    ///          of them, the pool is smaller
+    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system cannot start all of
+    ///          them, the pool is smaller
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
         for (std::size_t i = 1; i < threads; ++i)
@@ -975,13 +976,15 @@ inline std::string shape_text(const buffer<std::size_t>& shape) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The caller's callbacks for progress and cancellation. Each may be null. Both are called on the thread that called the stage.
+/// The caller's callbacks for progress and cancellation. Each callback may be null. ldi calls both on the thread that called
+/// the stage.
 struct progress_listener {
     void* user = nullptr;
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
+    /// Returns true to cancel the work.
     bool (*is_canceled)(void* user) = nullptr;
 
-    /// Reports progress. Raises canceled if the caller requests to stop.
+    /// Reports progress. Raises canceled if is_canceled() returns true.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
         if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
@@ -1016,9 +1019,9 @@ inline std::size_t utf8_length(std::string_view text) {
 }}  // namespace ldi
 
 // ---- ldi/base/numbers.hpp
-// Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
-// machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
-// everywhere.
+// Conversions between number types, with descriptive names, and mathematical functions that return the same result on every
+// machine. C libraries round the results of these functions differently, so ldi computes them with operations whose rounding
+// IEEE 754 defines.
 
 #include <cmath>
 
@@ -1092,14 +1095,15 @@ inline float fused_multiply_add(float a, float b, float c) {
 }
 
 /// Returns a * b, rounded, for sums of products that must be the same on every machine. By default, GCC and clang compile
-/// a * b + c to a fused multiply-add on machines that have one. It rounds only once, so its last bit may differ.
+/// a * b + c to a fused multiply-add on machines that have one. A fused multiply-add rounds only once, so the last bit of the
+/// sum may differ.
 ///
 /// a, b  floats or doubles; with the extensions of GCC and clang, also vectors (base/four_floats.hpp)
 template <class Real>
 Real rounded_product(Real a, Real b) noexcept {
 #if (defined(_MSC_VER) && !defined(__clang__)) || defined(__wasm__) || \
     ((defined(__x86_64__) || defined(__i386__)) && !defined(__FMA__) && !defined(__FMA4__))
-    return a * b;  // never fused: MSVC does not, and the other machines cannot
+    return a * b;  // never fused: MSVC does not fuse, and the other targets have no fused multiply-add
 #elif LDI_HAS_EXTENSIONS
     // The compiler must assume that the empty assembly changes the product.
     Real product = a * b;
@@ -1117,7 +1121,8 @@ Real rounded_product(Real a, Real b) noexcept {
 #endif
 }
 
-/// Length of a vector. The squares are exact; their sum and its root are rounded in double precision, the same on every machine.
+/// Length of a vector. The squares are exact. Their sum and the square root of the sum are rounded in double precision, the
+/// same on every machine.
 inline float vector_length(float x, float y) {
     return static_cast<float>(std::sqrt(double{x} * double{x} + double{y} * double{y}));
 }
@@ -1156,7 +1161,7 @@ struct pinhole_camera {
     float center_x() const { return 0.5F * detail::nearest_float(width); }
     float center_y() const { return 0.5F * detail::nearest_float(height); }
 
-    /// Returns the point visible at (x, y), in pixels, at distance `depth` along the optical axis.
+    /// Returns the point that is visible at (x, y), in pixels, and whose distance along the optical axis is `depth`.
     std::array<float, 3> unproject(float x, float y, float depth) const {
         const float scale = depth / focal_length;
         return {(x - center_x()) * scale, (center_y() - y) * scale, -depth};
@@ -1172,7 +1177,8 @@ struct pinhole_camera {
 /// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
 /// diagonal of a frame of 36 mm x 24 mm.
 ///
-/// millimeters  above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
+/// millimeters    above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
+/// width, height  size of the photo in pixels
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
@@ -1180,7 +1186,8 @@ inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::
 
 /// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
 ///
-/// degrees  above 0, below 180
+/// degrees        above 0, below 180
+/// width, height  size of the photo in pixels
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
@@ -1210,9 +1217,9 @@ struct depth_range {
 }}  // namespace ldi
 
 // ---- ldi/core/graph.hpp
-// The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
-// neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
-// one row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
+// The topology of a layered depth image: K pixels on a lattice, each with at most one neighbor per side. Any number of pixels
+// may share a position. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column
+// is one row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -1273,7 +1280,7 @@ public:
 
     /// Number of pixels K.
     std::size_t size() const { return x_.size(); }
-    /// Returns K in the type of ldi's indices.
+    /// Returns K as std::int32_t, the type of ldi's indices.
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
@@ -1345,8 +1352,8 @@ private:
 class graph_view final : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
-    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size, too_large for 2^31 pixels or
-    /// more.
+    /// Raises mismatch unless all columns have the same length, invalid_option for a negative width or height, too_large for
+    /// 2^31 pixels or more.
     ///
     /// x, y                   K positions on a lattice of width x height
     /// up, down, left, right  K neighbors each, an index below K or no_pixel
@@ -1422,12 +1429,12 @@ enum class invariant {
 
 constexpr std::string_view to_string(invariant i) {
     switch (i) {
-        case invariant::inside_lattice: return "position inside the lattice";
-        case invariant::neighbor_in_range: return "neighbor index in range";
+        case invariant::inside_lattice: return "positions inside the lattice";
+        case invariant::neighbor_in_range: return "neighbor indices in range";
         case invariant::mutual_links: return "mutual links";
-        case invariant::one_step_away: return "neighbor one step away";
-        case invariant::canonical_order: return "canonical order";
-        case invariant::disparity_in_range: return "disparity in [-1, 1]";
+        case invariant::one_step_away: return "neighbors one step away";
+        case invariant::canonical_order: return "pixels in canonical order";
+        case invariant::disparity_in_range: return "disparities in [-1, 1]";
     }
     return "unknown invariant";
 }
@@ -1471,8 +1478,8 @@ inline std::optional<violation> validate(const graph_view& g) {
     return std::nullopt;
 }
 
-/// Raises mismatch if an invariant of a view's graph does not hold, in release builds, too. Stages that follow the links of a
-/// view call this function, because ldi does not own the view's memory. Functions for single pixels, such as gather_window(), do
+/// Raises mismatch if a view violates an invariant of `graph`, even in release builds. Stages that follow the links of a view
+/// call this function, because ldi does not own the view's memory. Functions for single pixels, such as gather_window(), do
 /// not. Linear time.
 ///
 /// where  name of the function that requires the invariants
@@ -1532,7 +1539,7 @@ public:
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
         if (size() >= detail::max_pixels) detail::refuse_pixel_count(size() + 1);
-        make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
+        make_room(x_), make_room(y_);  // reserves in all columns first, so that their lengths stay equal
         for (const side s : all_sides) make_room(column(s));
         x_.push_back(at_x), y_.push_back(at_y);
         for (const side s : all_sides) column(s).push_back(no_pixel);
@@ -1546,8 +1553,8 @@ public:
     }
     bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
 
-    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Asserts can_link(); building
-    /// a large graph would take a fifth longer if release builds checked it, too.
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Asserts can_link(). Release
+    /// builds do not check it, because building a large graph would take a fifth longer.
     void link(std::int32_t a, side s, std::int32_t b) {
         LDI_ASSERT(can_link(a, s, b));
         column(s)[a] = b, column(opposite(s))[b] = a;
@@ -1564,12 +1571,13 @@ public:
     /// Moves a pixel without checking its links. Asserts that the pixel exists. No function returns a writable view of a column,
     /// because the caller could change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
-    /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
-    /// direction, too. Asserts that the pixel and the side exist. Threads may set different pixels or sides at the same time.
+    /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller must also set the
+    /// opposite direction. Asserts that the pixel and the side exist. Threads may set different pixels or sides at the same
+    /// time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, even in release builds; the builder
-    /// then remains unchanged. Linear time.
+    /// Returns the finished graph. Raises mismatch if an invariant of `graph` does not hold, even in release builds. After this
+    /// error, the builder is unchanged. Linear time.
     [[nodiscard]] graph build() && {
         if (const std::optional<violation> found = validate(view())) found->refuse("graph_builder");
         return graph(std::move(*this));
@@ -1621,7 +1629,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// first pixels have the same x and the same disparity.
 ///
 /// x, pixel              x and index of the run's first pixel
-/// other_x, other_pixel  the same of the other run
+/// other_x, other_pixel  the same for the other run
 /// disparity             disparity(pixel) returns the disparity of a first pixel; must not be NaN
 template <class Disparity>
 bool run_precedes(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other_pixel, Disparity&& disparity) {
@@ -1670,7 +1678,7 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 
 }  // namespace detail
 
-/// Returns the order that makes a graph canonical: `order[new index] = old index`.
+/// Returns the canonical order of a graph's pixels: `order[new index] = old index`.
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
 ///            old order breaks ties. Raises mismatch for any other number of values, invalid_data for NaN at the first pixel of a
@@ -1839,8 +1847,9 @@ using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
 template <payload_column Column>
 using values_of = std::array<typename Column::scalar, Column::channels>;
 
-/// Detects whether a tag has a member with the name of a rule, whatever its type. column_and_names inherits from the tag and from
-/// rule_names. If the tag has the name, too, the name is ambiguous in column_and_names, and the concept lacks_... is false.
+/// Detects whether a tag has a member with the name of a rule, whatever its type. column_and_names inherits from the tag and
+/// from rule_names. If the tag also has a member with this name, the name is ambiguous in column_and_names, and the concept
+/// lacks_... is false.
 struct rule_names {
     int new_pixel, coarser, at_vertex;
 };
@@ -1953,7 +1962,8 @@ std::size_t scalar_count(std::size_t pixels) {
 
 }  // namespace detail
 
-/// Red, green, blue as in the photo (sRGB), 0 to 255. Where known_column is 0, the color is meaningless until it is inpainted.
+/// Red, green, blue as in the photo (sRGB), 0 to 255. The color of a pixel whose known_column is 0 is meaningless until it is
+/// inpainted.
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
@@ -1961,21 +1971,22 @@ struct color_column {
 };
 
 /// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
-/// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
-/// color_column. Because nothing inpaints 16-bit colors, a hidden pixel keeps the color of the pixel whose surface it continues.
+/// Inpainting, the atlas and the renderers use color_column. make_photo3d() keeps a caller's color16_column in addition to
+/// color_column. Because nothing inpaints 16-bit colors, a hidden pixel keeps the color of the pixel whose surface it
+/// continues.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;
 };
 
-/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo. Hidden surfaces may lie
-/// slightly below 0, because they continue behind others.
+/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo. Disparities of hidden
+/// surfaces may be slightly below 0, because hidden surfaces continue behind other surfaces.
 struct disparity_column {
     using scalar = float;
     static constexpr std::size_t channels = 1;
 };
 
-/// 1 if the photo shows the color, 0 if it must be inpainted.
+/// 1 if the photo shows the pixel's color, 0 if the color must be inpainted.
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -1985,7 +1996,8 @@ struct known_column {
     }
 };
 
-/// Alpha matte near silhouettes: the fraction of the photo's color that the nearer surface contributes, as 0 to 255. 0 elsewhere.
+/// Alpha matte near silhouettes: the fraction of the photo's color that the nearer surface contributes, scaled to 0 to 255. 0
+/// elsewhere.
 struct matte_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -2005,7 +2017,7 @@ concept has_columns = (has_column<Layers, Columns> && ...);
 }}  // namespace ldi
 
 // ---- ldi/core/grown_pixels.hpp
-// Result of the function that layered_image::grow() calls: a graph with added pixels, and the source of each of its pixels.
+// Result of the callback of layered_image::grow(): a graph with added pixels, and the source of each of its pixels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2016,7 +2028,7 @@ struct grown_piece {
     bool is_new;
 };
 
-/// Result of the function that grow() calls.
+/// Result of the callback of layered_image::grow().
 struct grown_pixels {
     /// Graph of all pixels, old and new. The lattice may grow. Old pixels keep their positions, or all move by the same offset.
     /// grow() does not check this, because it would need a copy of all positions.
@@ -2027,7 +2039,7 @@ struct grown_pixels {
 
 namespace detail {
 
-/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
+/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old pixel.
 inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     const std::size_t new_count = grown.origins.size();
     if (grown.topology.size() != old_count + new_count) return false;
@@ -2079,19 +2091,19 @@ class layered_image;
 
 namespace detail {
 [[noreturn]] inline void refuse_link(std::int32_t a, std::int32_t b) {
-    raise(error_code::mismatch, "edit_links", "pixels one step apart, with free sides",
+    raise(error_code::mismatch, "edit_links", "pixels one step apart whose facing sides have no link",
           "pixels " + std::to_string(a) + " and " + std::to_string(b));
 }
 [[noreturn]] inline void refuse_side(side s) {
     raise(error_code::mismatch, "edit_links", "one of four sides", "side " + std::to_string(static_cast<int>(s)));
 }
 [[noreturn]] inline void refuse_pixel(std::int32_t pixel, std::int32_t count) {
-    raise(error_code::mismatch, "edit_links", "a pixel from 0 to " + std::to_string(count - 1), std::to_string(pixel));
+    raise(error_code::mismatch, "edit_links", "a pixel index from 0 to " + std::to_string(count - 1), std::to_string(pixel));
 }
 }  // namespace detail
 
-/// Adds and removes links, but does not change the pixels. edit_links() passes a link_editor to its callback, which must not use
-/// it after it returns.
+/// Adds and removes links, but does not change the pixels. edit_links() passes a link_editor to its callback. The link_editor
+/// is invalid after the callback returns.
 class link_editor {
 public:
     link_editor(const link_editor&) = delete;
@@ -2139,7 +2151,7 @@ private:
 ///     surfaces.column<normal>()[3 * i + 2]
 template <payload_column... Columns>
 class layered_image {
-    static_assert(detail::are_distinct<Columns...>, "a layered image has each column once");
+    static_assert(detail::are_distinct<Columns...>, "the columns of a layered image must be distinct");
     static_assert((detail::check_rules<Columns>() && ...));
 
 public:
@@ -2165,7 +2177,7 @@ public:
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
         };
-        (make(std::type_identity<Columns>{}), ...);  // first, so that `other` does not change if memory runs out
+        (make(std::type_identity<Columns>{}), ...);  // allocates first, so that `other` stays unchanged if memory runs out
         (take(std::type_identity<Columns>{}), ...);
         graph_ = std::move(other.graph_);
         other = {};
@@ -2234,12 +2246,12 @@ public:
         link_editor editor(r.links);
         edit(editor);
         if (size() > 0)
-            raise(error_code::mismatch, "edit_links", "no change of the image itself",
+            raise(error_code::mismatch, "edit_links", "no assignment to the image during the call",
                   "an assignment of " + std::to_string(size()) + " pixels");
     }
 
-    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, and if
-    /// memory runs out, the image is unchanged.
+    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, or
+    /// if memory runs out, the image is unchanged.
     void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
@@ -2278,7 +2290,7 @@ public:
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels",
                   std::to_string(old_count) + " old and " + std::to_string(grown.origins.size()) + " new pixels, " +
-                      std::to_string(grown.topology.size()) + " in the graph, and pieces that don't match");
+                      std::to_string(grown.topology.size()) + " in the graph, with pieces or origins that do not match");
         if (grown.topology.width() < width || grown.topology.height() < height)
             raise(error_code::mismatch, "grow", "a lattice of at least " + std::to_string(width) + " x " + std::to_string(height),
                   std::to_string(grown.topology.width()) + " x " + std::to_string(grown.topology.height()));
@@ -2343,8 +2355,8 @@ private:
 /// Layered image of a photo.
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
 
-/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Disparities of a photo are in [0, 1]. Hidden
-/// surfaces may lie slightly below 0, because they continue behind others.
+/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Disparities of a photo are in [0, 1].
+/// Disparities of hidden surfaces may be slightly below 0, because hidden surfaces continue behind other surfaces.
 template <has_column<disparity_column> Layers>
 std::optional<violation> validate(const Layers& layers) {
     if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
@@ -2374,7 +2386,7 @@ inline constexpr bool is_layered_view<layered_view<Columns...>> = true;
 /// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept a layered_view.
 template <payload_column... Columns>
 class layered_view {
-    static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
+    static_assert(detail::are_distinct<Columns...>, "the columns of a layered view must be distinct");
 
 public:
     template <class Column>
@@ -2594,8 +2606,8 @@ inline void link_kept_pixels(const graph_view& g, const level_columns& result, g
     }
 }
 
-/// Finds parents for those pixels of a run that are not kept. Tries the first path of corner_of_group() before it calls that
-/// function, because all links on this path almost always exist.
+/// Finds parents for the pixels of a run that are not kept. Tries the first path of corner_of_group() itself before it calls
+/// that function, because the links on this path almost always exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
@@ -2673,8 +2685,8 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 /// pixels have even coordinates.
 ///
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches along links inside its 2 x 2
-/// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` is the rule for pixels without
-/// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
+/// group; from a pixel at odd x and odd y, the path up-left takes precedence over the path left-up. `orphans` is the rule for
+/// pixels without such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
 /// Same, for a view of a graph. Raises mismatch if the view violates an invariant of `graph`, even in release builds.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
@@ -2893,10 +2905,10 @@ inline components connected_components(const graph_view& g) {
 // Atlas Generation"), and inpaints without a network. Each unknown cell becomes the mean of its neighbors, which is the smoothest
 // interpolation of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
 //
-// Plain relaxation needs more rounds the wider a gap is. This code joins the linked cells of 2 x 2 blocks into coarser cells,
-// level by level, until every cell borders on a known one. It solves the coarsest level first. Each finer level starts from the
-// values of the coarser one, so that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so
-// results stay in the range of the known values.
+// The wider a gap is, the more rounds plain relaxation needs. This code therefore joins the linked cells of 2 x 2 blocks into
+// coarser cells, level by level, until every cell borders on a known cell. It solves the coarsest level first. Each finer level
+// starts from the values of the coarser level, so that a few rounds per level suffice (a cascadic multigrid). All steps are
+// weighted means, so results stay in the range of the known values.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2923,8 +2935,8 @@ public:
     /// Allocates memory for `cells` cells. Optional; call it after start().
     void reserve(std::size_t cells) { levels_[0].reserve(cells + 1); }
 
-    /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several cells may share a
-    /// position.
+    /// Adds an unknown cell at (x, y), both 0 or more, and returns its number, starting at 1. Add cells in scanline order.
+    /// Several cells may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
     /// Adds a neighbor with known values to a cell, one value per channel.
@@ -2968,7 +2980,7 @@ public:
         }
     }
 
-    /// Returns the values of a cell after solve().
+    /// Returns the values of a cell after solve(), one per channel. The last entry is internal.
     const value_type& value(std::int32_t cell) const { return levels_[0].value[cell]; }
 
 private:
@@ -3088,10 +3100,10 @@ private:
         }
     }
 
-    /// Weight of a known neighbor on the next coarser level: inversely proportional to its distance; a neighboring joined cell
-    /// has weight 1. A joined cell is two cells wide, so it borders on two known cells per side. The centers of these known cells
-    /// are 1.5 cells away from its center; the center of a neighboring joined cell is 2 cells away. The two known cells together
-    /// therefore have weight 2 / 1.5, and each has weight 2 / 3.
+    /// Weight of a known neighbor on the next coarser level. Weights are inversely proportional to distance, and a neighboring
+    /// joined cell has weight 1. A joined cell is two cells wide, so it borders on two known cells per side. The centers of
+    /// these known cells are 1.5 cells away from its center; the center of a neighboring joined cell is 2 cells away. The two
+    /// known cells together therefore have weight 2 / 1.5, and each has weight 2 / 3.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;
@@ -3173,8 +3185,8 @@ public:
 
     image_view() = default;
     /// data        first value of the first row; null only if the view is empty
-    /// row_stride  values, not bytes, from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large
-    ///             for impossible sizes, mismatch for a stride below W x C
+    /// row_stride  values, not bytes, from the start of a row to the start of the next; 0 for rows without gaps. Raises
+    ///             too_large for sizes beyond the address space, mismatch for a stride below W x C
     template <class T>
     requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
                                                                      std::size_t channels = 1, std::size_t row_stride = 0)
@@ -3186,7 +3198,7 @@ public:
         LDI_ASSERT(data != nullptr || empty());
     }
     /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics APIs. Raises mismatch
-    /// unless the stride is an integer number of values, at least W x C.
+    /// unless the stride is a whole number of values, at least W x C.
     template <class T>
     requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
                                                                      std::size_t channels, byte_stride stride)
@@ -3231,10 +3243,10 @@ inline constexpr bool is_image_view = false;
 template <class Scalar>
 inline constexpr bool is_image_view<image_view<Scalar>> = true;
 
-/// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
+/// An image that owns its H x W x C values, without gaps. Constructors raise too_large for sizes beyond the address space.
 ///
 /// A temporary image converts to a read-only view, so that it can be an argument. Therefore `image_view<const T> v = make();`
-/// compiles, too, but `v` then refers to a destroyed image. view() and row() of a temporary do not compile.
+/// also compiles, but `v` then refers to a destroyed image. view() and row() of a temporary do not compile.
 template <class Scalar>
 class image {
 public:
@@ -3399,7 +3411,8 @@ inline constexpr float min_hidden_step = 1.001F;
 /// of surface_rule::max_step.
 inline constexpr float max_joined_step = 1.0F + min_hidden_step;
 
-/// Part of photo_facts; lift() and all later stages must use the same rule.
+/// Decides whether neighboring pixels belong to one surface. Part of photo_facts: lift() and all later stages must use the same
+/// rule.
 struct surface_rule {
     /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). 0 or more;
     /// make_photo3d() requires 0.001 to 1.
@@ -3415,7 +3428,7 @@ struct surface_rule {
 }}  // namespace ldi
 
 // ---- ldi/core/photo_facts.hpp
-// Properties of a photo that its pixels don't contain. They accompany the layered image; stages read the parts that they need.
+// Properties of a photo that its pixels don't contain. Stages receive these facts in addition to the layered image.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3423,13 +3436,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// within the window. The value is the middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
-/// The camera and the depth of a photo, and the extent of its hidden surfaces. Stages accept the facts in addition to the layers.
+/// The camera and the depth range of a photo, and the extent of its hidden surfaces.
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit
     surface_rule surface{};   ///< rule for whether neighbors belong to one surface
-    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a fraction of the photo's longer side; 0 if
-    /// there are no hidden surfaces.
+    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces are wide enough, as a fraction of the photo's longer
+    /// side; 0 if there are no hidden surfaces.
     float motion = 0.0F;
     /// Width of the lattice's margin around the photo, in pixels (occlusion/past_frame.hpp); 0: surfaces end at the photo's
     /// border.
@@ -3451,8 +3464,8 @@ struct photo_facts {
 /// Upper bounds, in pixels and in disparity, on the errors that the default tolerances of the mesh cause. Hidden surfaces, and
 /// the strips that extend them (mesh/detail/hems.hpp), are wide enough to cover these errors. mesh_pixels: where two surfaces
 /// separate, each outline may be off by one pixel (mesh/simplify.hpp). mesh_disparity: at least the sum of the disparity
-/// tolerances in mesh/simplify.hpp and mesh/studs.hpp. They are in core because expand() and grow_past_frame() also depend on
-/// them, and occlusion/ and mesh/ do not include each other.
+/// tolerances in mesh/simplify.hpp and mesh/studs.hpp. Both constants are in core because expand() and grow_past_frame() also
+/// depend on them, and occlusion/ and mesh/ do not include each other.
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.
@@ -3536,13 +3549,13 @@ private:
 
     std::int32_t width_ = 0;
     buffer<run> runs_;
-    buffer<std::int32_t> row_ends_;  // number of runs up to the end of each row
+    buffer<std::int32_t> row_ends_;  // number of runs in each row and all rows above it
 };
 
 /// Makes a pixel_region row by row: call add_run() from left to right, then end_row(), and build() after the last row.
 class pixel_region_builder {
 public:
-    /// width  of the lattice; raises invalid_option if negative or above 2^30
+    /// width  width of the lattice, 0 to 2^30; raises invalid_option for any other width
     explicit pixel_region_builder(std::int32_t width) {
         if (width < 0 || width > 1 << 30)
             raise(error_code::invalid_option, "pixel_region_builder", "a width from 0 to 2^30", std::to_string(width));
@@ -3569,7 +3582,8 @@ public:
     }
     void end_row() { made_.row_ends_.push_back(made_.runs_.count()); }
 
-    /// Returns the region. Raises mismatch unless end_row() followed the last run; the builder then remains unchanged.
+    /// Returns the region. Raises mismatch unless end_row() was called after the last run. After this error, the builder is
+    /// unchanged.
     [[nodiscard]] pixel_region build() && {
         if (made_.runs_.count() != made_.first_run(made_.height()))
             raise(error_code::mismatch, "pixel_region_builder", "end_row() after the last run", "none");
@@ -3592,7 +3606,7 @@ inline pixel_region halved(const pixel_region& region) {
     return std::move(result).build();
 }
 
-/// Returns for each pixel (x, y) the number of the pixel (x / 2, y / 2) of the halved region, or no_pixel.
+/// Returns for each pixel (x, y) of `region` the number of the pixel (x / 2, y / 2) of `half`, the halved region, or no_pixel.
 inline buffer<std::int32_t> parents(const pixel_region& region, const pixel_region& half) {
     buffer<std::int32_t> result(region.size(), unset);
     for (std::int32_t y = 0; y < region.height(); ++y) {
@@ -3729,7 +3743,7 @@ struct expansion_access {
 }}  // namespace ldi
 
 // ---- ldi/core/trace_curves.hpp
-// Traces the discontinuities of a depth map along the sides of pixels, from corner to corner of the lattice.
+// Traces the discontinuities of a depth map along the sides of pixels. Curves lead from corner to corner of the lattice.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3751,7 +3765,8 @@ public:
         present_.assign(static_cast<std::size_t>(corners), 0);
     }
 
-    /// Adds the pixel side between a corner and the next one, which must be on the lattice. The side must not be present.
+    /// Adds the pixel side from a corner to the adjacent corner in direction `toward`. Both corners must be on the lattice, and
+    /// the side must not be present.
     void add(std::int32_t corner, side toward) {
         LDI_ASSERT((present_[corner] & bit(toward)) == 0);
         if (present_[corner] == 0) used_.push_back(corner);
@@ -3765,8 +3780,8 @@ public:
     /// Size of the lattice in pixels.
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
-    /// The corners at which a side was ever present, in the order of their first sides. May list a corner twice, if all its sides
-    /// were removed before add() added another one.
+    /// The corners that have sides, or had sides before remove(), in the order in which add() reached them. Lists a corner
+    /// twice if all its sides were removed and add() then added another side.
     const buffer<std::int32_t>& used() const { return used_; }
     /// Number of sides that are present.
     std::size_t side_count() const { return side_count_; }
@@ -3775,7 +3790,7 @@ public:
     /// Lattice point of a corner.
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
-    /// Returns the adjacent corner in a direction. It must be on the lattice.
+    /// Returns the adjacent corner in direction `toward`, which must be on the lattice.
     std::int32_t next(std::int32_t c, side toward) const { return c + step_x(toward) + step_y(toward) * stride_; }
     /// Whether the side that leaves the corner in this direction is present.
     bool has(std::int32_t c, side toward) const { return (present_[c] & bit(toward)) != 0; }
@@ -3818,6 +3833,7 @@ class curve_tracer {
 public:
     /// width, height     size of the map; raises the errors of corner_map
     /// disparity         width * height values, row by row; must outlive the tracer. Raises mismatch for any other number
+    /// surface           decides whether two pixels that meet diagonally at a corner belong to one surface
     /// is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
     template <class IsCut>
     curve_tracer(std::int32_t width, std::int32_t height, std::span<const float> disparity, surface_rule surface, IsCut&& is_cut)
@@ -3872,7 +3888,7 @@ public:
                 if (left.has(corner, s)) visit(follow(left, corner, s));
     }
 
-    /// The corners with the sides of all curves.
+    /// Returns a map with the sides of all curves.
     const corner_map& corners() const { return all_; }
 
     /// Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
@@ -3893,8 +3909,9 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    /// Returns the direction in which a curve leaves a corner that it reaches from direction `from`. Where two curves pass each
-    /// other, each turns around a pixel of the back surface, because the pixels of the front surface stay connected.
+    /// Returns the direction in which a curve leaves a corner that it reaches from direction `from`. If two curves pass each
+    /// other at the corner, each curve turns around a pixel of the back surface, so that the pixels of the front surface stay
+    /// connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)
@@ -3959,7 +3976,7 @@ inline constexpr std::int32_t max_kernel_size = 15;
 namespace detail {
 
 /// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. If
-/// there are four neighbors, only two paths inside the window lead to each corner, both of two links.
+/// the center has four neighbors, exploration reaches each corner of the window by one of only two paths, both of two links.
 inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
     const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
     if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
@@ -3979,17 +3996,18 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
-/// g            valid (check_topology()); nothing checks it, because the check takes far longer than a window
+/// g            graph whose invariants hold (check_topology()); gather_window() does not check them, because the check would
+///              take far longer than the exploration
 /// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
 ///              there
 ///
 /// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
-/// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
-/// explored. If equally long paths lead to different layers, the first step at which the paths differ therefore decides: up
-/// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
-/// does not contain i.
+/// links up, down, left, right in this order. The first pixel that reaches an element occupies it; exploration skips all other
+/// pixels at that position. If equally long paths lead to different layers, the first step at which the paths differ therefore
+/// decides: up precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the
+/// window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0) detail::refuse_kernel_size(kernel_size);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
@@ -3997,7 +4015,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
     if (kernel_size == 3 && detail::gather_small_window(g, pixel, window)) return;
 
-    // The window with a border of elements that count as reached, so that exploration ends at the border.
+    // The window, with a border of elements that count as reached. Exploration ends at this border.
     constexpr std::int32_t border = 0;
     const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
     std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
@@ -4094,7 +4112,7 @@ enum class cpu_feature {
 #if LDI_HAS_ARM_KERNELS
 #if defined(__clang__)
 #define LDI_NEON_FEATURES "dotprod"
-#elif __ARM_ARCH >= 9  // with armv8.2-a, a lower architecture, g++ would warn about a macro of its own
+#elif __ARM_ARCH >= 9  // armv8.2-a would be a lower architecture, and g++ would warn about one of its own macros
 #define LDI_NEON_FEATURES "+dotprod"
 #else
 #define LDI_NEON_FEATURES "arch=armv8.2-a+dotprod"
@@ -4117,8 +4135,8 @@ enum class cpu_feature {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the processor has the extension. On systems that programs cannot query, returns whether the compiler's flags enable
-/// the extension.
+/// Whether the processor has the extension. On operating systems other than Linux and Apple's, returns whether the compiler's
+/// flags enable the extension.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;
@@ -4184,9 +4202,10 @@ inline bool has_feature(cpu_feature feature) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/isa.hpp
-// Instruction sets that kernels/ has code for; each is a row of `instruction_sets`. A program selects a set at run time when it
-// packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a set by
-// its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a set.
+// Instruction sets for which kernels/ has code. Each set is a row of `instruction_sets`. A program selects a set at run time
+// when it packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces
+// a set by its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a
+// set.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -4240,11 +4259,12 @@ inline bool is_available(isa set) {
 /// where  place of the error, for the message
 inline void check_available(const char* where, isa set) {
     if (!is_available(set))
-        raise(error_code::invalid_option, where, "an instruction set of this processor and build", std::string(to_string(set)));
+        raise(error_code::invalid_option, where, "an instruction set that this processor and build support",
+              std::string(to_string(set)));
 }
 
-/// Returns the set that LDI_ISA names, else the fastest available one. Raises an error if LDI_ISA names a set that is not
-/// available.
+/// Returns the set that LDI_ISA names, or the fastest available set if LDI_ISA is not set or empty. Raises invalid_option if
+/// LDI_ISA names a set that is not available.
 inline isa best_isa() {
     const char* const forced = std::getenv("LDI_ISA");
     const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);
@@ -4283,8 +4303,8 @@ template <class Data>
 prepared<Data> prepared_from(Data data);
 }
 
-/// Data that a packing function prepared for its kernel. It can be read, for example `weights->outputs`, but not changed, because
-/// kernels do not check it.
+/// Data that a packing function prepared for its kernel. Callers can read the data, for example `weights->outputs`, but cannot
+/// change it, because kernels do not check it.
 template <class Data>
 class prepared {
 public:
@@ -4374,7 +4394,7 @@ inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && s
 
 /// Computes the integer form of a scale.
 ///
-/// scale  input scale * weight scale / output scale, computed in float
+/// scale  input scale * weight scale / output scale, computed in float; in [2^-32, 1)
 inline requantization make_requantization(float scale, std::uint8_t zero_point) {
     LDI_ASSERT(is_requantization_scale(scale));
     const std::uint32_t mantissa = (detail::bits_of(scale) & 0x007FFFFF) | 0x00800000;
@@ -4396,7 +4416,8 @@ inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
 }
 
-/// Computes the constants of `y = a + b`, where each tensor has its own quantization.
+/// Computes the constants of `y = a + b`, where each tensor has its own quantization. are_addition_ratios() must accept the
+/// ratios of the scales.
 inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
     const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
     LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));
@@ -4514,7 +4535,7 @@ void append_panels(buffer<Stored>& packed, const weight_shape& shape, const pane
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Pixels, and the weights of one panel.
+/// The input pixels, and the weights of one panel.
 template <class Value, class Weight>
 struct conv_panel_input {
     const Value* const* rows;  ///< addresses of the first pixel's pieces
@@ -4526,8 +4547,8 @@ struct conv_panel_input {
     conv_panel_input(const Weights& layer, const Value* const* of_first_pixel, std::size_t stride)
         : rows(of_first_pixel), row_count(layer.rows), inputs(layer.inputs), pixel_stride(stride), weights(layer.values.data()) {}
 
-    /// Number of values to prefetch per group of inputs. Kernels prefetch the next tile's inputs at an even pace, because the
-    /// hardware prefetcher loads them too late.
+    /// Number of values by which a kernel advances its prefetch address per group of inputs. Kernels prefetch the next tile's
+    /// inputs at an even pace, because the hardware prefetcher loads these inputs too late.
     std::size_t fetch_step(std::size_t tile_pixels, std::size_t group) const {
         return tile_pixels * pixel_stride / groups_of(inputs, group);
     }
@@ -4545,7 +4566,7 @@ constexpr float lowest_before(float negative_slope) {
 /// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
-    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
+    const float *bias, *ratios;  ///< bias: one per output of the panel; ratios: one per pixel, or nullptr
     float negative_slope, lowest;
     std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
@@ -4578,8 +4599,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// Inline assembly, because clang before version 16 has the intrinsics only in translation units compiled for this instruction
-// set.
+// The functions below use inline assembly, because clang before version 16 has the intrinsics only in translation units
+// compiled for this instruction set.
 
 /// Adds four products of signed bytes to each of 4 sums.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
@@ -4587,7 +4608,8 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return sums;
 }
 
-/// Same as add_products(), but multiplies every group of four bytes of a by one group of b, bytes 4 * lane to 4 * lane + 3.
+/// Same as add_products(), but multiplies every group of four bytes of a by the same group of b: bytes 4 * lane to 4 * lane +
+/// 3.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
@@ -4606,7 +4628,8 @@ template <int lane>
 //     load_inputs<count>(from)                   loads 1, 2 or 4 groups of inputs into the first lanes
 //     multiply_add<lane>(sums, weights, inputs)  multiply-adds the weights of 4 outputs and one lane of the inputs
 
-/// Multiply-adds one lane of every pixel's inputs to one vector of sums per pixel.
+/// Multiplies the weights of 4 outputs by one lane of every pixel's inputs, and adds the products to one vector of sums per
+/// pixel.
 template <class Products, int lane, class Sums, class Inputs, std::size_t... p>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, Sums* sums, std::size_t vectors, Inputs weights,
                                                 const Inputs* inputs) {
@@ -4660,7 +4683,8 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
+    /// srshl rounds halves up. Negative halves must round down, away from zero, so the function first subtracts 1 from negative
+    /// values.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -4799,8 +4823,8 @@ private:
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
 //     layout        order of the weights
-//     pixels[v]     pixels of a full tile with v + 1 vectors
-//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
+//     pixels[v]     number of pixels in a full tile with v + 1 vectors
+//     rest_pixels   maximum number of pixels in the tiles that follow the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -4925,9 +4949,10 @@ inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uin
 
 // ---- ldi/kernels/requantize_float.hpp
 // Requantization in float arithmetic. It returns the same 8-bit values as the integer form of kernels/requantize.hpp, at a third
-// of the cost in vector code. The integer form is monotonic and returns at most 256 values, so at most 255 thresholds define it.
-// A float form that agrees on both sides of each threshold agrees everywhere. With the exact scale and offset, a few thresholds
-// are off by one. Constants that differ from these by a few units in the last place reproduce every threshold.
+// of the cost in vector code. The integer form is monotonic and returns at most 256 different values, so at most 255 thresholds
+// define it. A float form that agrees with the integer form on both sides of each threshold agrees everywhere. With the exact
+// scale and offset, a few thresholds are off by one. Constants that differ from these by a few units in the last place
+// reproduce every threshold.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -4942,7 +4967,7 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 }  // namespace detail
 
 /// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
-/// With scale and offset both negated, the form maps `-acc` to the result that it had for `acc`.
+/// With scale and offset both negated, the form returns for `-acc` what the original form returns for `acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -4976,7 +5001,8 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
     std::int64_t below = lowest;  // requantizes to less than `value`
     for (int value = requantize(lowest, r) + 1; value <= requantize(highest, r); ++value) {
-        // Thresholds are about 1 / scale apart. The search for the next one starts at the last one and doubles its step.
+        // Thresholds are about 1 / scale apart. The search for the next threshold starts at the previous threshold and doubles
+        // its step.
         std::int64_t above = below, step = 1;
         while (result_at(above) < value) {
             below = above;
@@ -5019,8 +5045,8 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// The integer form rounds twice. Its first rounding moves the thresholds toward zero by this distance. With a shift of 0, there
-/// is only one rounding.
+/// Returns the distance by which the first of the integer form's two roundings moves the thresholds toward zero; 0 for a shift
+/// of 0, because the integer form then rounds only once.
 inline double threshold_shift(const requantization& r) { return r.shift == 0 ? 0.0 : std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail
@@ -5049,15 +5075,15 @@ inline std::optional<unfused_requantization> find_unfused_requantization(const r
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 /// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds the float to the nearest integer, halves to even, and
-/// leaves this integer in the low bits of the sum. Down to -2^23 the result is still monotonic. WebAssembly's conversion from
-/// float to integer would cost six x86 instructions.
+/// leaves this integer in the low bits of the sum. For floats from -2^23 to -2^22, the result is monotonic but not exact.
+/// WebAssembly's own conversion from float to integer would compile to six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
 /// Applies an unfused_requantization to vectors.
 ///
-/// positive  whether to add the same offset to all values, instead of an offset with the sign of each value. Requires a zero
-///           point of 0, for which negative values clamp to 0 in either case
+/// positive  if true, adds the same offset to all values; if false, gives the offset the sign of each value. True requires a
+///           zero point of 0, because negative values then clamp to 0 with either offset
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;
@@ -5185,8 +5211,8 @@ private:
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
 //     layout        order of the weights
-//     pixels[v]     pixels of a full tile with v + 1 vectors
-//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
+//     pixels[v]     number of pixels in a full tile with v + 1 vectors
+//     rest_pixels   maximum number of pixels in the tiles that follow the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5284,7 +5310,7 @@ struct integer_sums {
 
 private:
     /// To divide by a power of two, adds one half and shifts, which rounds halves up. Negative halves must round down, away from
-    /// zero, so 1 is first subtracted from negative values.
+    /// zero, so the function first subtracts 1 from negative values.
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
         const v128_t products = wasm_i32x4_add(wasm_i32x4_mul(a, a_multiplier), wasm_i32x4_mul(b, b_multiplier));
         const v128_t sums = wasm_i32x4_add(products, bias);
@@ -5328,7 +5354,7 @@ inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::u
     step.add(rest[0], rest[1], rest[2]);
     std::memcpy(result + i, rest[2], count - i);
 }
-// add_u8 with float_adder or integer_adder. Included after walk.hpp.
+// add_u8 with float_adder or integer_adder. Instruction sets with both forms include this file after walk.hpp.
 
 inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -5517,8 +5543,8 @@ private:
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
 //     layout        order of the weights
-//     pixels[v]     pixels of a full tile with v + 1 vectors
-//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
+//     pixels[v]     number of pixels in a full tile with v + 1 vectors
+//     rest_pixels   maximum number of pixels in the tiles that follow the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -5695,7 +5721,7 @@ struct integer_adder {
           shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
     /// Returns sums without the zero point. To divide by a power of two, adds one half and shifts, which rounds halves up.
-    /// Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
+    /// Negative halves must round down, away from zero, so the function first subtracts 1 from negative values.
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
         const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
                                                         LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
@@ -5731,7 +5757,7 @@ inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::u
     step.add(rest[0], rest[1], rest[2]);
     std::memcpy(result + i, rest[2], count - i);
 }
-// add_u8 with float_adder or integer_adder. Included after walk.hpp.
+// add_u8 with float_adder or integer_adder. Instruction sets with both forms include this file after walk.hpp.
 
 inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -5777,7 +5803,7 @@ struct integer_adder {
           shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
     /// Returns sums without the zero point. To divide by a power of two, adds one half and shifts, which rounds halves up.
-    /// Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
+    /// Negative halves must round down, away from zero, so the function first subtracts 1 from negative values.
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
         const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
                                                         LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));
@@ -5813,7 +5839,7 @@ inline void add_with(const add_u8_data& sum, const std::uint8_t* a, const std::u
     step.add(rest[0], rest[1], rest[2]);
     std::memcpy(result + i, rest[2], count - i);
 }
-// add_u8 with float_adder or integer_adder. Included after walk.hpp.
+// add_u8 with float_adder or integer_adder. Instruction sets with both forms include this file after walk.hpp.
 
 inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -5850,7 +5876,8 @@ inline constexpr add_u8_kernel add_u8_kernels[] = {
 };
 static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// Adds two tensors: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them partially.
+/// Adds two tensors of `count` bytes: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them
+/// partially.
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     find_kernel(add_u8_kernels, sum->target).run(*sum, a, b, count, result);
@@ -6009,7 +6036,7 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 #endif
 #undef LDI_NO_FUSED_MULTIPLY_ADD
 
-/// Computes one row of the result.
+/// Computes row y of the result.
 ///
 /// source  H x W x C
 /// sums    working memory
@@ -6159,15 +6186,15 @@ LDI_END_TARGET
 // least 4 (Zen 4) or 8 (Intel) are necessary to hide the latency, but large tiles save loads of weights that do not fit in the
 // first-level cache.
 //
-// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. Additional time
-// on Zen 5, median of 9 runs:
+// The tiles of the other instruction sets (generic/conv_tiles.hpp), with vectors of 16 outputs, would return the same bits but
+// be slower. On Zen 5, they would take this much more time (median of 9 runs):
 //
 //                               conv_f32   conv_u8
 //     3 x 3, 16 to 16 channels      31 %      15 %
 //     3 x 3, 24 to 3 channels       33 %      18 %
 //     1 x 1, 5 to 8 channels        41 %       6 %
 //
-// From 32 to 32 channels, the times differ by at most 5 %.
+// For 32 to 32 channels, the times differ by at most 5 %.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -6199,12 +6226,12 @@ template <std::size_t half, std::size_t... v>
 }
 
 /// Sums of a tile, padded to whole vectors per pixel. The function that computes the sums stores them here (in the first-level
-/// cache), so that it need not be compiled for each type of result.
+/// cache). It is then independent of the type of the results, and compiled only once.
 struct conv_tile_sums {
     alignas(64) float lanes[24 * conv_whole];
 };
 
-/// Stores the lanes of one pixel; zeros follow the half vector.
+/// Stores the lanes of one pixel. Pads half a vector with zeros.
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline void store_conv_lanes(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
                                                     float* to) {
@@ -6229,8 +6256,9 @@ template <class T>
     return value;
 }
 
-/// Addresses of a tile's pixels. Every fourth pixel has a pointer; the pixels between are 1, 2 or 3 strides away, so that the
-/// pointers fit in the general registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
+/// Addresses of a tile's pixels. Only every fourth pixel has a pointer. The next three pixels are 1, 2 and 3 strides away from
+/// this pixel. The pointers of a tile therefore fit in the general-purpose registers. Without this class, the compiler would
+/// keep an offset for each pixel, most of them in memory.
 template <class Value, std::size_t pixels>
 struct conv_tile_pointers {
     const Value* every_fourth[(pixels + 3) / 4];
@@ -6307,8 +6335,8 @@ template <class Kernel, class Output>
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
 //     layout        order of the weights
-//     pixels[v]     pixels of a full tile with v + 1 vectors
-//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
+//     pixels[v]     number of pixels in a full tile with v + 1 vectors
+//     rest_pixels   maximum number of pixels in the tiles that follow the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -6485,12 +6513,12 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over them.
+/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over outputs.
 inline constexpr std::size_t panel_outputs = 8;
 inline constexpr detail::panel_layout panels{1, panel_outputs, 1};
 
-/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
-/// only, and a pixel's bits would depend on its tile.
+/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse
+/// multiplication and addition in some tiles only, and the bits of a pixel's result would depend on the pixel's tile.
 inline float multiply_add(float a, float b, float c) {
 #if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return std::fma(a, b, c);
@@ -6635,9 +6663,9 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 ///
 /// target   instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights  outputs x rows x inputs, row-major, finite; at least one input
-/// bias     outputs
+/// bias     outputs, 1 or more
 /// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
-/// after    activation to apply after the bias
+/// after    activation to apply after the bias; slope 0 to 1
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && !weights.empty() && weights.size() % (bias.size() * rows) == 0);
@@ -6661,6 +6689,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
 ///
 /// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
+/// pixels        number of pixels to compute
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -6708,7 +6737,7 @@ using conv_u8_weights = prepared<conv_u8_data>;
 struct conv_u8_kernel {
     isa set;
     detail::panel_layout layout;
-    std::int32_t subtrahend;  ///< the kernel subtracts it from all inputs
+    std::int32_t subtrahend;  ///< value that the kernel subtracts from all inputs
     /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
     void (*run)(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);
@@ -6957,8 +6986,8 @@ private:
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
 //     layout        order of the weights
-//     pixels[v]     pixels of a full tile with v + 1 vectors
-//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
+//     pixels[v]     number of pixels in a full tile with v + 1 vectors
+//     rest_pixels   maximum number of pixels in the tiles that follow the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.
@@ -7173,7 +7202,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// zero_points        one per input of a piece (see `rows`), at least one; the same for all pieces
 /// scales, bias       one each per output: sum * scale + bias is in units of the result's scale
 /// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
-/// after              activation to apply after the bias
+/// after              activation to apply after the bias; slope 0 to 1
 /// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
@@ -7210,6 +7239,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
 ///
 /// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
+/// pixels        number of pixels to compute
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>
@@ -7239,8 +7269,8 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {min - int{zero_point}, max - int{zero_point}};
 }
 
-/// Maximum number of inputs per output in kernels without a fused multiply-add: they first widen the inputs into a buffer of
-/// fixed size.
+/// Maximum number of inputs per output in kernels without a fused multiply-add. These kernels first widen the inputs into a
+/// buffer of fixed size.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
 /// Whether kernels without a fused multiply-add are exact for these weights. Their rounding requires sums of at least -2^23 /
@@ -7258,8 +7288,8 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// Returns the fastest instruction set up to `wanted` that is exact for these weights. Writes the constants of its float
-/// requantization to `fast`, except for scalar and NEON, which requantize in integers.
+/// Returns the fastest instruction set up to `wanted` that is exact for these weights. Writes the constants of the set's float
+/// requantization to `fast`. Scalar and NEON requantize in integers and do not use `fast`.
 ///
 /// x86 and NEON multiply by signed bytes. Weights in -127..128 (for example with a zero point of 127) fit after negation; the
 /// kernel then requantizes negated sums. AVX2 also accepts larger weights, because its packing splits them.
@@ -7481,9 +7511,9 @@ struct depthwise_stretches {
 
 // ---- ldi/kernels/detail/unsaturated_pairs.hpp
 // Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in
-// 16 bits. The sum can saturate: 255 * 127 * 2 does not fit. It is exact for all inputs if its positive weights add up to at
-// most 128, and its negative weights to at least -128. Few weights of a trained network exceed these limits; the excess is
-// multiplied in a separate sum.
+// 16 bits. The sum can saturate: 255 * 127 * 2 does not fit. The sum is exact for all inputs if its positive weights add up to
+// at most 128, and its negative weights to at least -128. Few weights of a trained network exceed these limits. The kernel
+// multiplies the excess in a separate sum.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
@@ -7560,8 +7590,8 @@ inline void pack_depthwise_u8(depthwise_u8_data& packed, const detail::depthwise
 //
 // The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
 // One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between
-// its two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, the weights of a
-// unit (a range of channels, stretches.hpp) are split into several terms, whose products are added.
+// its two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, packing splits
+// the weights of a unit (a range of channels, stretches.hpp) into several terms, and the kernel adds the products of all terms.
 //
 // Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 
@@ -7751,14 +7781,14 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice or more. Column c occurs in these windows:
+    /// Stride 1, with two or more copies of each column c. Column c occurs in these windows:
     ///
     ///     around the last copy of column c - 1       as the right column
     ///     around its own first and last copies       as two of the three columns
     ///     around its other copies                    as all columns
     ///     around the first copy of column c + 1      as the left column
     ///
-    /// fixed_repeat  repetitions if they are a compile-time constant, else 0
+    /// fixed_repeat  number of copies if it is a compile-time constant, else 0
     template <std::size_t fixed_repeat>
     void enlarged() const {
         const Sums sums = packed;
@@ -8105,14 +8135,14 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice or more. Column c occurs in these windows:
+    /// Stride 1, with two or more copies of each column c. Column c occurs in these windows:
     ///
     ///     around the last copy of column c - 1       as the right column
     ///     around its own first and last copies       as two of the three columns
     ///     around its other copies                    as all columns
     ///     around the first copy of column c + 1      as the left column
     ///
-    /// fixed_repeat  repetitions if they are a compile-time constant, else 0
+    /// fixed_repeat  number of copies if it is a compile-time constant, else 0
     template <std::size_t fixed_repeat>
     void enlarged() const {
         const Sums sums = packed;
@@ -8403,14 +8433,14 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice or more. Column c occurs in these windows:
+    /// Stride 1, with two or more copies of each column c. Column c occurs in these windows:
     ///
     ///     around the last copy of column c - 1       as the right column
     ///     around its own first and last copies       as two of the three columns
     ///     around its other copies                    as all columns
     ///     around the first copy of column c + 1      as the left column
     ///
-    /// fixed_repeat  repetitions if they are a compile-time constant, else 0
+    /// fixed_repeat  number of copies if it is a compile-time constant, else 0
     template <std::size_t fixed_repeat>
     void enlarged() const {
         const Sums sums = packed;
@@ -8660,7 +8690,8 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// Completes the last slot. No column follows, and the weight in its place is 0, so the slot may contain any value there.
+    /// Completes the last slot. Its second half pairs the third row of the last column with the third row of the next column.
+    /// Because there is no next column, the second half repeats the last column; the weights of these values are 0.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
@@ -8741,7 +8772,7 @@ inline void depthwise_u8_vector(const depthwise_u8_data& weights, std::size_t ve
     const std::size_t slot = weights.stride * depthwise_slot, channels = weights.channels;
     const std::size_t first_channel = vector * 4 % depthwise_block;
     const std::size_t held = channels - first_channel < 4 ? channels - first_channel : 4;
-    if (held == 4) {  // a separate loop, because a test of `held` per pixel makes it 1.4 times as slow at -O2
+    if (held == 4) {  // a separate loop, because testing `held` per pixel makes the loop 1.4 times as slow at -O2
         for (std::size_t x = 0; x < count; ++x, slot_values += slot, result += channels) {
             const v128_t values = requantize(w.sums(slot_values));
             wasm_v128_store32_lane(result, narrow(values, values, values, values), 0);
@@ -8816,6 +8847,7 @@ static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar)
 ///
 /// target             as for pack_gemm_u8()
 /// weights            channels x 3 x 3, row-major
+/// weight_zero_point  zero point of the weights
 /// bias               channels, in units of input scale * weight scale; |bias| must be below 2^30
 /// stride             1 or 2
 /// input_zero_point   zero point of the activations, and the value of pixels outside the image
@@ -8842,7 +8874,8 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
 ///
 /// rows    the window's three input rows from top to bottom, width x channels each; nullptr for a row outside the image. The
 ///         function applies stride and repeat only horizontally; the caller applies them vertically by selecting the rows
-/// repeat  1 to 4: repetitions of each pixel
+/// width   number of pixels per row, before repetition; 0 does nothing
+/// repeat  number of copies of each pixel in the upsampled row, 1 to 4
 /// result  weights->result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
@@ -8904,8 +8937,8 @@ struct gemm_u8_data {
     buffer<std::uint32_t> order;
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
     requantization output;      ///< on NEON, `bias` and the multiplier are negated if `narrow` is
-    /// Float form of `output`. If `narrow` is negated, so are this form and `bias`. On WebAssembly, it has the constants of an
-    /// unfused_requantization. Scalar and NEON do not use it.
+    /// Float form of `output`. If `narrow` is negated, so are this form and `bias`. On WebAssembly, `fast` has the constants of
+    /// an unfused_requantization. Scalar and NEON do not use `fast`.
     float_requantization fast;
 
     /// On WebAssembly, whether an unfused form is exact. If not, `fast` is empty, and the kernel requantizes in integers.
@@ -8925,8 +8958,8 @@ struct gemm_u8_kernel {
     /// minimum number of outputs; with fewer, too many lanes stay empty, and the kernel of `otherwise` (kernels/isa.hpp) is
     /// faster
     std::size_t min_outputs;
-    /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
-    /// pack_gemm_u8() of kernels/gemm_u8.hpp.
+    /// Appends to `wide`, `narrow` and `order` the data that run() reads. The caller has set all other members; the function
+    /// for NEON changes `bias` and the multiplier in `output`. See pack_gemm_u8() of kernels/gemm_u8.hpp.
     void (*pack)(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
     /// Same parameters as gemm_u8() of kernels/gemm_u8.hpp.
     void (*run)(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
@@ -9019,9 +9052,9 @@ inline void fold_zero_points(gemm_u8_data& packed, std::span<const std::uint8_t>
 // ---- ldi/kernels/gemm_u8/avx2_packing.hpp
 // Packs weights for gemm_u8/avx2.hpp.
 //
-// 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that two groups of
-// four inputs can share their 16-bit sums, which are then widened together. For each panel of up to 16 outputs, the code below
-// finds groups that can share sums. It splits weights that are too large into several terms.
+// 16-bit sums cannot saturate if the weights are small enough (detail/unsaturated_pairs.hpp). Most weights are so small that
+// two groups of four inputs can share their 16-bit sums, which are then widened together. For each panel of up to 16 outputs,
+// the code below finds groups that can share sums. It splits weights that are too large into several terms.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
@@ -9150,7 +9183,8 @@ inline void pack_gemm_u8(gemm_u8_data& packed, std::span<const std::uint8_t> wei
 // ---- ldi/kernels/gemm_u8/avx2.hpp
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
 // two of these sums in 32 bits. avx2_packing.hpp selects products that may share a 16-bit sum. 64 products cost 5 instructions.
-// vpmaddwd on inputs widened to 16 bits never saturates, but costs 8; only layers with a single output use it.
+// vpmaddwd on inputs widened to 16 bits never saturates, but costs 8 instructions. Only layers with a single output use this
+// method.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -10419,7 +10453,8 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 ///                    used. VNNI and NEON kernels require that all `weight - zero point`, or all their negatives, fit in signed
 ///                    bytes. x86 kernels also require a float form of the requantization (find_float_requantization())
 /// weights            outputs x segments x inputs, row-major
-/// bias               outputs, in units of input scale * weight scale
+/// weight_zero_point  zero point of the weights
+/// bias               outputs, 1 or more, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
 /// input_zero_point   zero point of the activations
 /// output             constants of the conversion from sums to results
@@ -10451,6 +10486,7 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
 /// segments      addresses of the first pixel's pieces, each of weights->inputs values; 3 more bytes after each piece must be
 ///               readable
 /// pixel_stride  distance between the pieces of adjacent pixels, in bytes
+/// pixels        number of pixels to compute
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
@@ -10508,7 +10544,8 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 }}}  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/detail/regular_pixels.hpp
-// Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
+// Finds the pixels of a graph whose k x k window is like that of an image: k rows, each of k pixels that are adjacent in
+// memory.
 
 #include <bit>
 
@@ -10711,15 +10748,14 @@ private:
     std::int32_t radius_;
     graph_view g_;
     pixel_bits regular_;
-    pixel_bits
-        continues_;  // per pixel: whether each pixel of its spine is followed in memory by a pixel of the right neighbor's spine
+    pixel_bits continues_;  // per pixel: whether its spine and the next pixel's spine are adjacent in memory
 };
 
 }}}  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/convolution_plan.hpp
-// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
-// where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
+// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows.
+// There, k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
 // silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -10792,7 +10828,7 @@ public:
     /// The segments, in ascending order of outputs.
     array_view<const segment> segments() const& { return parts_.segments; }
     array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
-    /// The kernel_size rows of the window of a segment's first output, top to bottom, each named by its center pixel.
+    /// The kernel_size rows of the window of a segment's first output, top to bottom, each identified by its center pixel.
     std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
     std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
     /// The irregular outputs, ascending.
@@ -10944,7 +10980,8 @@ template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
-    /// row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i. Operators do not check the indices
+    /// Index of each pixel's row, or no_pixel for a pixel that reads as zeros. If empty, pixel i has row i. Operators do not
+    /// check the indices.
     std::span<const std::int32_t> rows;
     std::span<const std::uint8_t> mask;  ///< per row: 0 if its values are missing and read as zeros, else 1; empty: all 1
     Value zero = {};                     ///< value that represents zero; for bytes, the zero point
@@ -11044,7 +11081,7 @@ template <class Value>
 void check_rows(const char* where, const basic_feature_view<Value>& view) {
     const std::size_t rows = view.channels > 0 ? view.values.size() / view.channels : 0;
     if (view.values.size() != rows * view.channels)
-        raise(error_code::mismatch, where, "rows of " + std::to_string(view.channels) + " values",
+        raise(error_code::mismatch, where, "whole rows of " + std::to_string(view.channels) + " values",
               std::to_string(view.values.size()) + " values");
     if (!view.mask.empty() && view.mask.size() != rows)
         raise(error_code::mismatch, where, "a mask of " + std::to_string(rows) + " rows", std::to_string(view.mask.size()));
@@ -11163,7 +11200,7 @@ private:
     using result_type = typename Job::result_type;
     using row_starts = std::array<const value_type*, max_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values per buffer, roughly; outputs per batch
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate values per buffer; outputs per batch
 
     /// Rounds up to a multiple of the kernels' tile size, at least one tile.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -11359,17 +11396,18 @@ struct quantized_source {
     quantization values;
 };
 
-/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
-/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch unless the
-/// channels of all sources add up to the inputs of the weights. Raises invalid_data if a weight times its scale is NaN. Raises
-/// unsupported if the scale or the bias of an output is not finite in units of result.scale, or if kernel_size * kernel_size *
-/// channels exceeds max_conv_u8_inputs (2^17), because sums would overflow.
+/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input. Then
+/// scales the products of each output so that the largest absolute value is 63. Raises the errors of pack_convolution(). Raises
+/// mismatch unless the channels of all sources add up to the inputs of the weights. Raises invalid_data if a weight times its
+/// scale is NaN. Raises unsupported if the scale or the bias of an output is not finite in units of result.scale, or if
+/// kernel_size * kernel_size * channels exceeds max_conv_u8_inputs (2^17), because sums would overflow.
 ///
-/// target   as in pack_convolution()
+/// target, weights, bias and kernel_size are as in pack_convolution().
+///
 /// after    applied to the sums, before they are quantized; its slope must be in [0, 1]
 /// sources  channels and quantization of each source that the convolution will read, in order. The zero point must equal
-///          basic_feature_view::zero of the source; nothing checks this, and a different one changes results where pixels are
-///          missing
+///          basic_feature_view::zero of the source. No function checks this. A different zero point changes the results of
+///          windows with missing pixels
 /// result   quantization of byte results; float results are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
@@ -11418,7 +11456,8 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// result   plan.output_count() x weights->outputs, a vector or span of float or of the sources' type. Rows of outputs that the
 ///          plan omits stay unchanged. Must not overlap a source
 ///
-/// The bits of an output depend on its window alone, not on the plan (full or restricted) or on the executor.
+/// Raises mismatch for a plan of a different kernel size, and for sources or a result of the wrong size. The bits of an output
+/// depend on its window alone, not on the plan (full or restricted) or on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve(const convolution_plan& plan, const Weights& weights,
               std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
@@ -11430,12 +11469,14 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// Computes result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else
 /// 0.
 ///
-/// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
-/// all channels of all sources. C is the number of these channels, and k is the kernel size. Without masks, only missing pixels
-/// are excluded.
+/// In a source, a pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's
+/// sum runs over all channels of all sources. C is the number of these channels, and k is the kernel size. Without masks, only
+/// missing pixels are excluded.
 ///
 /// sources, result  as in convolve(), but sources may have masks
-/// result_mask      plan.output_count(): 1 where the mask's sum is positive, else 0; may be empty
+/// result_mask      plan.output_count(): set to 1 where the mask's sum is positive, else to 0; may be empty
+///
+/// Raises mismatch as convolve() does, and for a nonempty result_mask of the wrong size.
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve_partially(const convolution_plan& plan, const Weights& weights,
                         std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
@@ -11461,7 +11502,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
-    bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; if false, they count as zero
+    bool is_partial = false;           ///< excludes missing pixels from the rescaled sum; if false, counts them as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; changes results only by rounding errors
 };
 
@@ -11501,6 +11542,7 @@ public:
         return result;
     }
 
+    /// The same for a single input.
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, const feature_map& input, Executor&& threads = {}) const {
         return (*this)(plan, {feature_view(input)}, threads);
@@ -11519,7 +11561,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns the same plans as plan_convolution(). Consecutive plans with the same kernel size cost less.
+/// Returns the same plans as plan_convolution(). Consecutive plans with the same kernel size take less time.
 class convolution_planner {
 public:
     /// The graph must outlive the planner.
@@ -11698,7 +11740,7 @@ void check_same_shape(const char* where, const basic_feature_view<Value>& a, con
     check_rows(where, a), check_rows(where, b);
     if (b.pixels() != a.pixels() || b.channels != a.channels)
         raise(error_code::mismatch, where, std::to_string(a.pixels()) + " pixels of " + std::to_string(a.channels) + " channels",
-              std::to_string(b.pixels()) + " of " + std::to_string(b.channels));
+              std::to_string(b.pixels()) + " pixels of " + std::to_string(b.channels) + " channels");
 }
 
 /// Returns the byte to which quantize() converts a value.
@@ -11749,7 +11791,8 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled, with zeros at pixels without a parent
+/// b  map with the same numbers of pixels and channels as `a`, else raises mismatch. It may be an upsampled view, in which
+///    pixels without a parent are zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     detail::check_same_shape<float>("add", a, b);
@@ -11770,7 +11813,7 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
 ///
 /// b    as in add() for floats
 /// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum. Raises mismatch if the zero
-///      points of the maps disagree with its `exact.bias`
+///      points of the maps disagree with `exact.bias` of this result
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
@@ -11858,8 +11901,9 @@ basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, acti
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
-/// Converts a map to bytes. Rounds each value to the nearest multiple of `to.scale`, and clamps to the range of bytes. NaN
-/// becomes the zero point. Raises invalid_option unless the scale is above 0 and below 2^120.
+/// Converts a map to bytes. Divides each value by `to.scale`, rounds to the nearest integer (halves away from zero), adds the
+/// zero point, and clamps to 0..255. NaN becomes the zero point. Raises invalid_option unless the scale is above 0 and below
+/// 2^120.
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to, Executor&& threads = {}) {
     detail::check_rows<float>("quantize", x);
@@ -11981,8 +12025,8 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/pixel_subset.hpp
-// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores one row for each of
-// these pixels.
+// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores one row of values for
+// each of these pixels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -12036,8 +12080,8 @@ inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pix
     const std::int32_t last = first + count - 1, row = subset.row_of()[first], last_row = subset.row_of()[last];
     if (row == no_pixel || last_row == no_pixel || last_row - row != last - first)
         raise(error_code::mismatch, "pixel_subset",
-              "pixels " + std::to_string(first) + " to " + std::to_string(last) + ", which the plan uses",
-              "a subset without some of them");
+              "a subset with pixels " + std::to_string(first) + " to " + std::to_string(last) + ", which the plan uses",
+              "a subset that lacks some of these pixels");
     return row;
 }
 
@@ -12045,8 +12089,8 @@ inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pix
 
 /// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, must also contain the pixels between
-///         the inputs of a segment, which the plan does not read
+/// inputs  pixels that the tensor stores: every pixel that the plan reads. With 1 x 1 windows and stride 2, they must also
+///         include the pixels between the inputs of a segment, although the plan does not read them
 ///
 /// Raises mismatch if the subset belongs to a graph with a different number of pixels, or lacks one of these pixels.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {
@@ -12162,8 +12206,8 @@ struct column_range {
     std::int32_t first, last;
 };
 
-/// Finds the columns of row y whose windows lie completely in the region. Returns them as ranges. In each window row, a single
-/// run of the region covers all windows of a range.
+/// Finds the columns of row y whose windows lie completely in the region. Sets `result` to these columns, as ranges: in each
+/// window row, a single run of the region covers all windows of a range. `next` is working memory.
 inline void find_regular_columns(const pixel_region& region, std::int32_t y, std::int32_t radius, buffer<column_range>& result,
                                  buffer<column_range>& next) {
     result.assign(1, {0, region.width()});
@@ -12264,7 +12308,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
     if (half != halved(region))
         raise(error_code::mismatch, "plan_convolution",
               "the halved region of a lattice of " + std::to_string(region.width()) + " x " + std::to_string(region.height()),
-              "another one, of " + std::to_string(half.width()) + " x " + std::to_string(half.height()));
+              "a different region, of " + std::to_string(half.width()) + " x " + std::to_string(half.height()));
     return detail::region_planner(region, half, kernel_size, 2).run();
 }
 
@@ -12272,7 +12316,8 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 
 // ---- ldi/nn/ldi/restrict_plan.hpp
 // Restricts the plan of a convolution to some of its outputs, so that the convolution computes only these, and lists the pixels
-// that a plan reads. Networks use both to compute, layer by layer, only the values on which the requested pixels depend.
+// that a plan reads. Networks use both functions to compute, layer by layer, only the values on which the requested pixels
+// depend.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -12287,7 +12332,8 @@ plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std
     const array_view<const plan_segment> segments = plan.segments();
     const array_view<const std::int32_t> all_irregular = plan.irregular();
     const auto refuse = [](std::int32_t output) {
-        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan", "output " + std::to_string(output));
+        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan",
+              "an output out of order or not in the plan: " + std::to_string(output));
     };
     std::size_t s = 0, irregular = 0;
     for (std::size_t i = 0; i < outputs.size();) {
@@ -12530,7 +12576,7 @@ inline void check_accumulators(const std::string& name, const convolution_descri
         const std::int64_t max_sum = 510 * sum + bias;
         if (max_sum > (std::numeric_limits<std::int32_t>::max)())
             raise(error_code::unsupported, name, "sums below 2^31",
-                  "up to " + std::to_string(max_sum) + " in output " + std::to_string(o));
+                  "a sum of up to " + std::to_string(max_sum) + " in output " + std::to_string(o));
     }
 }
 
@@ -12578,7 +12624,8 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > max_resize_factor)
         raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(max_resize_factor), std::to_string(r.factor));
-    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "different values");
+    if (output != input.values)
+        raise(error_code::mismatch, place, "the scale and zero point of the input", "a different scale or zero point");
     return input.channels;
 }
 
@@ -12685,9 +12732,9 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
 
 // ---- ldi/nn/dense/detail/row_chain.hpp
 // Runs consecutive layers as one chain. Each task computes one strip (consecutive rows of the last layer's result), a few rows
-// per step. Ring buffers between the layers keep only the rows that the next layer still needs, so they stay in the processor's
-// caches. The tensors inside the network's inverted residual blocks therefore never reach memory; they have 6 to 15 times as many
-// channels as the tensors between the blocks.
+// per step. Ring buffers between the layers keep only the rows that the next layer still needs. They are so small that they
+// stay in the processor's caches. The tensors inside the network's inverted residual blocks therefore never reach memory. These
+// tensors have 6 to 15 times as many channels as the tensors between the blocks.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -13018,7 +13065,7 @@ inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_
 /// Lists the tensors that a step reads from memory.
 inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
     buffer<std::size_t> read{step.input};
-    std::size_t brought = step.input;  // the chain passes this tensor to the layer, as one of its inputs
+    std::size_t brought = step.input;  // the tensor that the chain passes to the next layer as an input
     for (std::size_t layer : step.layers) {
         bool is_brought = false;
         for (std::size_t t : layers[layer].inputs) {
@@ -13182,7 +13229,7 @@ public:
     ///
     /// target  the instruction set to pack weights for; raises invalid_option if it is unavailable; does not affect results
     ///
-    /// If ldi cannot run the network, raises an error that names the tensor.
+    /// Raises invalid_data, mismatch or unsupported, with the name of the tensor, if ldi cannot run the network.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
         check_available("quantized_network", target);
         detail::check_network(description);
@@ -13207,10 +13254,11 @@ public:
     std::size_t layer_count() const { return layers_.size(); }
     isa target() const { return target_; }
 
-    /// Returns the size of the result for an input size. Raises an error if the network does not accept the input size.
+    /// Returns the size of the result for an input size. Raises invalid_data for an empty input, mismatch if the network adds
+    /// tensors whose sizes then differ, and too_large if the tensors need more than max_bytes.
     tensor_size output_size(tensor_size input) const { return sizes(input)[output_]; }
 
-    /// Working memory of run() in bytes, without its input and its result.
+    /// Working memory of run() in bytes, without its input and its result, for an executor with `threads` threads.
     std::size_t working_bytes(tensor_size input, std::size_t threads) const {
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
@@ -13246,12 +13294,13 @@ public:
         void operator()(float) const {}
     };
 
-    /// Runs the network. Returns the result in output_quantization().
+    /// Runs the network. Returns the result in output_quantization(). Raises the errors of output_size(), and mismatch for a
+    /// different number of channels or too little memory.
     ///
     /// input     H x W x input_channels(), in input_quantization()
     /// progress  called as progress(fraction) on the calling thread after each step; fraction is 1 after the last step. An
     ///           exception from the callback ends the run
-    /// memory    working memory of at least working_bytes(); if empty, the run allocates it
+    /// memory    at least working_bytes() bytes of working memory; if empty, run() allocates the memory
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
                             std::span<std::byte> memory = {}) const {
@@ -13282,7 +13331,7 @@ public:
 
 private:
     const quantized_network& loaded() const {
-        if (channels_.empty()) raise(error_code::mismatch, "quantized_network", "a network", "one that was moved from");
+        if (channels_.empty()) raise(error_code::mismatch, "quantized_network", "a network", "a moved-from object");
         return *this;
     }
 
@@ -13361,8 +13410,8 @@ private:
             memory = own;
         }
         if (memory.size() < bytes_of(planned, strips))
-            raise(error_code::mismatch, "quantized_network", "memory of " + std::to_string(bytes_of(planned, strips)) + " bytes",
-                  std::to_string(memory.size()));
+            raise(error_code::mismatch, "quantized_network",
+                  "at least " + std::to_string(bytes_of(planned, strips)) + " bytes of memory", std::to_string(memory.size()));
         const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % buffer_alignment;
         std::uint8_t* const base = reinterpret_cast<std::uint8_t*>(memory.data()) + (buffer_alignment - misaligned);
 
@@ -13527,7 +13576,7 @@ private:
         return names;
     }
 
-    /// Returns an entry of the operator table. Raises an error unless the entry lies in [min, max].
+    /// Returns an entry of the operator table. Raises invalid_data unless the entry lies in [min, max].
     std::size_t row(std::size_t i, std::size_t column, std::size_t min, std::size_t max) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < min || static_cast<std::size_t>(value) > max)
@@ -13589,6 +13638,9 @@ inline network_description read_quantized_network(const named_tensors& file) {
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Returns the values of a tensor. Raises the errors of tensor_values(), and invalid_data for values that are not finite.
+///
+/// name   full name of the tensor
+/// shape  shape that the tensor must have
 inline const buffer<float>& finite_values(const named_tensors& file, const std::string& name, const buffer<std::size_t>& shape) {
     const buffer<float>& found = tensor_values<float>(file, name, shape);
     if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
@@ -13597,7 +13649,9 @@ inline const buffer<float>& finite_values(const named_tensors& file, const std::
 }
 
 /// Returns the quantization of a tensor from its range in the file, "NAME.range": the minimum and maximum of the values before
-/// quantization.
+/// quantization. Raises the errors of finite_values(), and invalid_data for a range that is empty or does not contain 0.
+///
+/// of  NAME
 inline quantization quantization_of(const named_tensors& file, const std::string& of) {
     const std::string name = of + ".range";
     const buffer<float>& ends = finite_values(file, name, {2});
@@ -13616,8 +13670,8 @@ inline quantization quantization_of(const named_tensors& file, const std::string
 //
 // Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
 // `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution with a leaky ReLU. It reads the
-// upsampled result of the coarser level and the input of this level's encoder stage. It computes as many channels as the input of
-// that encoder stage has. Exception: the last stage computes red, green, blue, and has no activation.
+// upsampled result of the coarser level and the input of this level's encoder stage. Its output has as many channels as the
+// input of that encoder stage. The last decoder stage differs: it computes red, green and blue, and has no activation.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -13636,7 +13690,7 @@ struct inpainting_architecture {
     float leak = 0.2F;                                 ///< negative slope of the decoder's activation
     missing_colors missing = missing_colors::filled;
 
-    /// Input channels of encoder stage i.
+    /// Number of input channels of encoder stage i.
     std::size_t inputs(std::size_t i) const {
         if (i > 0) return channels[i - 1];
         return missing == missing_colors::filled ? 4 : 3;
@@ -13670,7 +13724,7 @@ constexpr std::string_view to_string(arithmetic kind) {
 
 namespace detail {
 
-/// Raises unsupported if a property of the architecture is outside its limits.
+/// Raises unsupported if a property of the architecture is outside the limits below.
 ///
 /// file  name for error messages; may be empty
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
@@ -13683,7 +13737,7 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
     };
     expect(!a.channels.empty() && a.channels.size() <= max_levels, "channels", "1 to 8 stages",
            std::to_string(a.channels.size()));
-    expect(a.kernels.size() == a.channels.size(), "kernels", "one for each stage", std::to_string(a.kernels.size()));
+    expect(a.kernels.size() == a.channels.size(), "kernels", "one kernel size for each stage", std::to_string(a.kernels.size()));
     for (const std::size_t count : a.channels)
         expect(count >= 1 && count <= max_filters, "channels", "1 to 1024 each", std::to_string(count));
     for (const std::int32_t size : a.kernels)
@@ -13767,7 +13821,7 @@ private:
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
-        std::string result;  ///< name of the result's range in the file, without ".range"; empty: float results
+        std::string result;  ///< name of the result's range in the file, without ".range"; empty if the results are floats
 
         std::size_t inputs() const {
             std::size_t sum = 0;
@@ -13950,7 +14004,7 @@ struct masked_map {
 /// Returns the input of a network that masks unknown colors: known colors, scaled to [0, 1].
 ///
 /// read     pixels that the network reads
-/// convert  converts floats to the input's values
+/// convert  converts a float to the type of the network's input
 template <class Convert>
 auto masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known, std::span<const std::int32_t> read,
                   const Convert& convert) {
@@ -14064,7 +14118,8 @@ struct smooth_fills {
     buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
 };
 
-/// Numbers the unknown pixels from 0, with a quarter of the memory that one index per pixel would require.
+/// Numbers the unknown pixels from 0. Stores one number per block of four pixels, a quarter of the memory of one number per
+/// pixel.
 class unknown_numbers {
 public:
     explicit unknown_numbers(array_view<const std::uint8_t> known) : known_(known) {
@@ -14216,9 +14271,10 @@ private:
 
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
-    /// Then colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where few links
-    /// connect a surface to the rest, because these links may be missing on coarser levels. Colors spread along links from
-    /// colored pixels, one link per pass: each pixel becomes the average of its colored neighbors.
+    /// Also colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where only a few
+    /// links connect a surface to the rest of the image, because these links may be missing on coarser levels. Colors then
+    /// spread from colored pixels along links, one link per pass: each pixel reached by a pass becomes the average of its
+    /// colored neighbors.
     masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
         buffer<std::int32_t> unknown;
         for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
@@ -14238,8 +14294,8 @@ private:
         return twice;
     }
 
-    /// Colors each pixel that has a color neither on this level nor on a coarser one. Includes pixels that the network does not
-    /// read; otherwise, colors would depend on which pixels the network reads.
+    /// Colors each pixel that has a color neither on this level nor on a coarser one. This includes pixels that the network
+    /// does not read. Otherwise, the colors would depend on which pixels the network reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -14288,7 +14344,7 @@ private:
     }
 
     /// Mean of all known colors, for surfaces that no link connects to a known color.
-    masked_color mean() noexcept {
+    masked_color mean() {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};
             std::uint64_t count = 0;
@@ -14337,7 +14393,7 @@ public:
     ///          `encoder.I.range` and, except for the last stage, `decoder.I.range`: the minimum and maximum of the values
     ///          before quantization, which examples/training/farbrausch/export.py measures
     /// kind     the number format of the computation
-    /// target   the instruction set to pack weights for; changes results only by rounding errors
+    /// target   the instruction set for which to pack the weights; changes results only by rounding errors
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape. Raises
     /// invalid_data for weights that are not finite or a range without 0; unsupported for an architecture outside the limits of
@@ -14356,7 +14412,9 @@ public:
     /// Returns the image with every unknown color inpainted. The image counts as a single, fully linked layer.
     ///
     /// color  H x W x 3, red, green, blue, 0 to 255
-    /// known  H x W x 1, 0 where the color is to be inpainted; raises mismatch for other sizes
+    /// known  H x W x 1, 0 where the color is to be inpainted
+    ///
+    /// Raises mismatch for any other shape of color or known, and too_large for 2^31 pixels or more.
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
@@ -14364,7 +14422,8 @@ public:
     /// Returns the network's unclamped output: red, green, blue, in about [0, 1], for each pixel i with wanted[i] != 0, in
     /// ascending order of i. A surface without any known pixel gets one constant color (black for missing_colors::masked).
     ///
-    /// wanted  K, one per pixel, else raises mismatch; must be nonzero wherever known_column is 0
+    /// wanted  K values, one per pixel; must be nonzero wherever known_column is 0. Raises mismatch for any other number of
+    ///         values
     ///
     /// The bits of a pixel's result do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
@@ -14405,12 +14464,12 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     if (wanted.size() != layers.size())
         raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " entries in `wanted`, one per pixel",
               std::to_string(wanted.size()) + " entries");
-    if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "one that was moved from");
+    if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "a moved-from network");
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();
-    buffer<float> fill;  // base color that the network's output is added to
+    buffer<float> fill;  // colors to which the network's output is added
     const auto run = [&]<class Weights>(const detail::farbrausch_convolutions<Weights>& packed) {
         detail::masked_map<typename Weights::value_type> input;
         if (architecture_.missing == missing_colors::masked) {
@@ -14494,7 +14553,7 @@ template <executor Executor>
 image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                         const progress_listener& progress, Executor&& threads) const {
     if (color.channels() != 3 || known.channels() != 1 || color.height() != known.height() || color.width() != known.width())
-        raise(error_code::mismatch, stage_name, "H x W x 3 colors and H x W x 1 marks of known colors",
+        raise(error_code::mismatch, stage_name, "H x W x 3 colors and an H x W x 1 mask of known pixels",
               detail::shape_text(color) + " and " + detail::shape_text(known));
     if (color.width() * color.height() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
         raise(error_code::too_large, stage_name, "fewer than 2^31 pixels", detail::shape_text(color));
@@ -14529,7 +14588,7 @@ public:
     ///
     /// weights  for each layer, `NAME.weight` (outputs x inputs x 3 x 3) and `NAME.bias`, with batch normalization folded in.
     ///          Also `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
-    /// target   the instruction set to pack weights for; results do not depend on it
+    /// target   the instruction set for which to pack the weights; results do not depend on it
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape;
     /// invalid_data for weights that are not finite or a range without 0; unsupported for weights whose quantization is not
@@ -14700,7 +14759,7 @@ image<T> mirrored(const image<T>& source) {
 /// The two neighboring source samples from which a sample of the resized row is interpolated.
 struct sample_place {
     std::size_t first, second;
-    float share;  ///< weight of `second`; `first` has the rest
+    float share;  ///< weight of `second`; the weight of `first` is 1 - share
 };
 inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_t from_count) {
     const float at = (nearest_float(i) + 0.5F) * nearest_float(from_count) / nearest_float(count) - 0.5F;
@@ -14737,7 +14796,7 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
     return result;
 }
 
-/// Replaces structures of `details` that are coarser than 16 pixels with the mean of both maps.
+/// Replaces structures of `details` that are coarser than 16 pixels with the mean of both maps. Returns H x W x 1.
 ///
 /// details  H x W x 1, H and W multiples of 16
 /// layout   h x w x 1, any size, in the unit of `details`
@@ -14804,12 +14863,13 @@ struct depth_network_sizes {
 class tiefenrausch {
 public:
     static constexpr std::size_t long_side = 384;  ///< long side of the paper's input, in pixels
-    /// input sides are multiples of this number, because the network halves its input five times
+    /// The sides of the network's input are multiples of this number, because the network halves its input five times.
     static constexpr std::size_t alignment = 32;
 
     /// Packs the network.
     ///
-    /// target  the instruction set to pack weights for; results do not depend on it
+    /// target  the instruction set for which to pack the weights; results do not depend on it
+    /// output  meaning of the network's output
     /// sizes   input sizes of disparity()
     ///
     /// Raises the errors of quantized_network. Raises mismatch unless the network maps a color image to one channel of the same
@@ -14820,16 +14880,17 @@ public:
         : network_(description, target), output_(output), sizes_(sizes) {
         const std::string where = detail::place_in(description.where, "depth network");
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
-            raise(error_code::mismatch, where, "3 channels in and 1 out",
+            raise(error_code::mismatch, where, "3 input channels and 1 output channel",
                   std::to_string(network_.input_channels()) + " and " + std::to_string(network_.output_channels()));
         const tensor_size smallest{alignment, alignment}, result = network_.output_size(smallest);
         if (result != smallest)
             raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
         for (const std::size_t side : {sizes.details, sizes.layout})
-            if (side % alignment != 0 || side > max_long_side || sizes.details == 0)
+            if (side % alignment != 0 || side > max_long_side)
                 raise(error_code::mismatch, where,
                       "long sides that are multiples of 32, at most " + std::to_string(max_long_side), std::to_string(side));
+        if (sizes.details == 0) raise(error_code::mismatch, where, "a size of the main pass above 0", "0");
         if (level_quantization().scale > max_scale)
             raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + detail::to_text(max_scale),
                   "steps of " + detail::to_text(level_quantization().scale));
@@ -14837,8 +14898,8 @@ public:
 
     depth_network_sizes sizes() const { return sizes_; }
 
-    /// Returns the size to which a photo is resized. The long side becomes `to`. The short side follows the aspect ratio, rounded
-    /// down to a multiple of 32, but at least 32.
+    /// Returns the size to which resize_for_network() resizes a photo. The long side becomes `to`. The short side follows the
+    /// aspect ratio, rounded down to a multiple of 32, but at least 32.
     ///
     /// to  the long side in pixels, a multiple of 32
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
@@ -14852,7 +14913,8 @@ public:
 
     /// Resizes a photo to network_size() by averaging over areas.
     ///
-    /// photo  H x W x 3, red, green, blue, 0 to 255
+    /// photo  H x W x 3, red, green, blue, 0 to 255; raises invalid_data for any other shape and for an empty photo
+    /// to     the long side of the result in pixels, a multiple of 32
     template <executor Executor>
     static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads,
                                                   std::size_t to = long_side) {
@@ -14862,8 +14924,8 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization(). Raises mismatch if
-    /// the network maps an input of this size to another size.
+    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization(). Raises mismatch
+    /// for any other shape of `rgb`, or if the network maps an input of this size to another size.
     ///
     /// rgb               H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
@@ -14892,8 +14954,8 @@ public:
     /// Working memory of levels() in bytes, without its input and its result.
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
-    /// Estimates disparity: positive, larger is nearer, known up to a factor. Returns H' x W' x 1, with H' x W' = network_size()
-    /// for sizes().details. Raises the errors of levels().
+    /// Estimates disparity: positive, larger is nearer, known up to a factor. Returns H' x W' x 1, with H' x W' =
+    /// network_size() for sizes().details. Raises the errors of resize_for_network() and levels().
     ///
     /// photo     H x W x 3, red, green, blue, 0 to 255, of any size
     /// progress  receives the stage "depth estimation"
@@ -14938,9 +15000,9 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// Ratio of the disparities of two consecutive output levels. Rounding alone can cause this ratio between neighboring pixels,
-    /// so it does not prove an edge. If the network outputs disparity, the ratio varies; returns the ratio of the two largest
-    /// levels.
+    /// Ratio of the disparities of two consecutive output levels. Rounding alone can cause this ratio between neighboring
+    /// pixels, so this ratio is no evidence of an edge. If the network outputs disparity, the ratio varies; returns the ratio
+    /// of the two largest levels.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
         return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
@@ -14951,7 +15013,7 @@ private:
     static constexpr std::size_t max_long_side = 4096;
     static constexpr float max_scale = 0.25F;  ///< exp(255 * max_scale) is within the range of float
 
-    /// Estimated share of the main pass in the total time of both passes, computed from the areas of their inputs.
+    /// Estimated share of the total time of both passes that the main pass takes, computed from the areas of the inputs.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
@@ -14988,7 +15050,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/depth/detail/check_map.hpp
-// Checks of the shapes of depth maps, which the stages of depth/ share.
+// Checks of depth maps that several stages in depth/ use.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -15011,12 +15073,12 @@ inline void check_finite(image_view<const float> map, const char* where) {
     }
 }
 
-/// Raises invalid_option unless the side length of a depth sample, in photo pixels, is 1 to 16.
+/// Raises invalid_option unless the side length of a depth sample, in photo pixels, is from 1 to 16.
 inline void check_sample_size(float size) {
     if (!(size >= 1 && size <= 16)) raise(error_code::invalid_option, "undecided_depth::sample_size", "1 to 16", to_text(size));
 }
 
-/// Raises too_large for a map with 2^31 pixels or more, whose pixels have no index in 32 bits.
+/// Raises too_large for a map with 2^31 pixels or more, because pixel indices are of type std::int32_t.
 inline void check_pixel_count(image_view<const float> map, const char* where) {
     constexpr std::size_t limit = (std::numeric_limits<std::int32_t>::max)();
     if ((std::max)(map.height(), map.width()) > limit || (map.height() > 0 && map.width() > limit / map.height()))
@@ -15185,8 +15247,8 @@ private:
         return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
     }
 
-    // Measures how far the front and back surfaces extend across the band, and sums their colors outside the uncertain middle. On
-    // thin objects, the middle is narrower, and fewer pixels count.
+    // Measures how far the front and back surfaces extend across the band, and sums their colors outside the uncertain middle.
+    // On thin objects, the middle is narrower, and fewer pixels supply colors.
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;
@@ -15196,7 +15258,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // Each surface is taken to extend over at least two pixels, because smoothing may have moved the curve by that much.
+        // Assumes that each surface extends over at least two pixels, because smoothing may have moved the curve by that much.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
@@ -15216,16 +15278,16 @@ private:
 }}}}  // namespace ldi::detail::curves
 
 // ---- ldi/depth/align_silhouettes.hpp
-// Moves silhouettes to the photo's edges. Depth maps are coarser than the photo, and their edges are off by a sample or two. A
-// strip of the background then sticks to the foreground, or a strip of the foreground to the background. Both become visible when
-// the camera moves.
+// Moves silhouettes to the photo's edges. Depth maps are coarser than the photo, and their edges are off by a sample or two.
+// Therefore, a strip of the background sticks to the foreground, or a strip of the foreground to the background. Both become
+// visible when the camera moves.
 //
-// A band of pixels surrounds each discontinuity curve. In its middle, up to the depth map's uncertainty on either side of the
-// curve, the silhouette may be anywhere. The pixels outside the middle supply color models of the front and the back surface.
-// The best cut through the middle separates front colors from back colors, follows contrast, and has no jumps. It is a shortest
-// path, found by dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section "Border matting".
-// Junctions and ends of curves do not move, except that ends at the photo's border may move along it. Pixels between the old
-// curve and the new one change sides.
+// A band of pixels surrounds each discontinuity curve. In the middle of the band, within the depth map's uncertainty on either
+// side of the curve, the silhouette may be anywhere. The pixels outside the middle supply color models of the front and the
+// back surface. The best cut through the middle separates front colors from back colors, follows contrast, and has no jumps. It
+// is a shortest path, found by dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section
+// "Border matting". Junctions and ends of curves do not move, except that ends at the photo's border may move along it. Pixels
+// between the old curve and the new one change sides.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -15234,7 +15296,7 @@ struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. If
     /// samples of the depth map are wider than a pixel, make_photo3d() multiplies this option and min_length by their width.
     float uncertainty = 3.0F;
-    /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
+    /// Cost of moving sideways by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
     float stiffness = 1.5F;
     /// Curves with fewer pixel sides than this do not move.
@@ -15294,7 +15356,7 @@ public:
 private:
     static constexpr float impossible = 1e6F;
     static constexpr float noise = 6.0F;         // standard deviation of camera and JPEG noise, in gray levels
-    static constexpr float max_evidence = 3.0F;  // maximum log-likelihood ratio of a pixel, so that an outlier does not decide
+    static constexpr float max_evidence = 3.0F;  // maximum log-likelihood ratio of a pixel; limits outliers
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -15459,6 +15521,7 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// Moves the silhouettes of a disparity map to the edges of the photo, in place.
 ///
 /// disparity  H x W x 1, finite, with steps where one surface hides another
+/// surface    rule that decides whether neighboring pixels belong to one surface
 /// photo      H x W x 3
 ///
 /// Raises mismatch unless the images have these shapes, invalid_data for disparities that are not finite, too_large for 2^31
@@ -15516,7 +15579,8 @@ struct decided_depth {
 };
 
 /// Moves silhouettes onto the photo's edges with align_silhouettes(). Lengths in `options` are for a depth map with the photo's
-/// resolution; for a coarser map, they are multiplied by its sample size, the uncertainty to at most 256 pixels.
+/// resolution. For a coarser map, decide() multiplies them by the map's sample size, and limits the uncertainty to 256 pixels.
+/// Raises invalid_option for a sample_size outside [1, 16], and the errors of align_silhouettes().
 struct aligned_silhouettes {
     alignment_options options;
 
@@ -15537,12 +15601,13 @@ struct aligned_silhouettes {
 }}  // namespace ldi
 
 // ---- ldi/depth/level_dips.hpp
-// Levels the dips beside the steps of a depth map. Depth networks often place the background too far away in a narrow ring around
-// an object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
+// Levels the dips beside the steps of a depth map. Depth networks often place the background too far away in a narrow ring
+// around an object. The outer edge of this ring is a second step. No object ends at this step, but it tears the background
+// apart.
 //
-// Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
-// (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an
-// object is much deeper, and remains.
+// Uses a morphological closing, which raises every valley that is narrower than the filter window to the lower of the valley's
+// sides (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts
+// of an object is much deeper, and remains.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -15727,7 +15792,7 @@ inline small_components find_small_components(const image_components& components
         size[label] += components.runs[r].size(), ++run_count[label];
     }
     small_components result;
-    buffer<std::size_t> next(size.size());  // index of a component's next run
+    buffer<std::size_t> next(size.size());  // index in result.runs for each component's next run
     std::size_t total = 0;
     for (std::int32_t label = 0; label < size.count(); ++label) {
         if (size[label] >= min_size) continue;
@@ -15825,10 +15890,11 @@ private:
 /// Merges small components at middle values with a neighboring surface. Returns the number of merged components.
 ///
 /// disparity  H x W x 1, changed in place
+/// surface    rule that decides whether neighboring pixels belong to one surface
 ///
-/// A component of fewer than `min_size` pixels may touch both nearer and farther pixels. It then gets the disparities of the
-/// group with which it shares more pixel sides, or of the farther pixels in case of a tie. These disparities spread inward from
-/// the shared pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground
+/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of the group
+/// with which it shares more pixel sides, or of the farther pixels in case of a tie. These disparities spread inward from the
+/// shared pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground
 /// object, not a middle value, and does not change. Time is linear, except that each pixel of a small component requires binary
 /// searches among the runs of a row. Memory is up to 60 bytes per pixel. Raises mismatch for another number of channels,
 /// too_large for 2^31 pixels or more.
@@ -15863,9 +15929,9 @@ struct step_band_options {
 
 /// Radius of the disk, in pixels, whose extreme disparities are the front and back of a curve pixel.
 inline constexpr std::int32_t step_sides_radius = 4;
-/// The network decides pixels up to this distance from a curve.
+/// Maximum distance from a curve, in pixels, of the pixels that the network decides.
 inline constexpr std::int32_t step_band_radius = 12;
-/// The network reads pixels up to this distance from a curve.
+/// Maximum distance from a curve, in pixels, of the pixels that the network reads.
 inline constexpr std::int32_t step_region_radius = 16;
 
 /// Pixels within step_region_radius of a curve.
@@ -15893,12 +15959,12 @@ struct step_band {
 ///
 /// disparity  H x W x 1, finite
 ///
-/// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
-/// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
-/// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
-/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region. Raises mismatch for another number of
-/// channels, invalid_data for values that are not finite, invalid_option for a max_step below 0 or a min_step of 0 or less,
-/// too_large for 2^31 pixels or more.
+/// A pixel lies on a curve if its disparity and that of a neighbor differ by more than max_step, and if the extreme disparities
+/// within step_sides_radius differ by at least min_step. Distances are Euclidean and exact. If several curve pixels are equally
+/// near, the leftmost one counts, or the upper one of two in the same column. Linear time: up to 33 operations on 16-bit
+/// numbers per pixel within step_region_radius rows and columns of a curve. Memory is 6 bytes per pixel, and 20 per pixel of
+/// the region. Raises mismatch for another number of channels, invalid_data for values that are not finite, invalid_option for
+/// a max_step below 0 or a min_step of 0 or less, too_large for 2^31 pixels or more.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -15927,9 +15993,9 @@ public:
 private:
     static constexpr std::int32_t radius = step_region_radius;
     static constexpr std::uint8_t beyond = radius + 1;
-    /// Keys combine a candidate's squared distance and its column in one number, so that one minimum finds both.
+    /// A key combines the squared distance and the column of a curve pixel in one number, so that one minimum finds both.
     static constexpr std::int32_t column_bits = 6;
-    static constexpr std::uint16_t far_key = 49000;  // no candidate nearby
+    static constexpr std::uint16_t far_key = 49000;  // no curve pixel nearby
 
     void find_curves() {
         buffer<std::uint8_t> stepped(disparity_.width(), 0);
@@ -15978,7 +16044,7 @@ private:
         return result;
     }
 
-    /// Computes the distance from each pixel down to the next curve pixel, at most `beyond`.
+    /// Computes the distance from each pixel to the next curve pixel below it in the same column, at most `beyond`.
     void measure_below() {
         for (std::int32_t y = height_ - 1; y-- > 0;) {
             std::uint8_t* const here = below_.row(y);
@@ -16014,8 +16080,8 @@ private:
                                                             [](std::uint16_t key) { return key != far_key; });
             const std::int32_t column = static_cast<std::int32_t>(found - columns.begin()) - radius;
             if (column == width_) return;
-            // The range contains all columns within `radius` of a column with a candidate. It ends at the first gap of more than
-            // 2 * radius columns without a candidate.
+            // The range contains all columns within `radius` of a column with a curve pixel nearby. It ends at the first gap of
+            // more than 2 * radius columns without a curve pixel nearby.
             const std::int32_t first = (std::max)(x, column - radius);
             last = column + 1;
             for (std::int32_t u = last; u < (std::min)(width_, last + 2 * radius + 1); ++u)
@@ -16184,8 +16250,9 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// Limit for pixels that no disparity from outside the band reaches, as a share of the step. Such a pixel keeps its own
-    /// disparity if that deviates from the disparity of the pixel's side, toward the other side, by at most this limit.
+    /// Tolerance for pixels that no disparity from outside the band reaches, as a share of the step. Such a pixel keeps its own
+    /// disparity unless this disparity lies farther than the tolerance from the disparity of the pixel's side, toward the other
+    /// side.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance of an island from the nearest curve, in squared pixels. An island farther away is not part of a
     /// silhouette, and changes sides regardless of its size.
@@ -16257,9 +16324,10 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside the band. A pixel that no such disparity reaches keeps its own
-    /// disparity if that is close to the disparity of the pixel's side. In a second pass, such pixels pass their disparities on.
-    /// All remaining pixels get the front or back disparity of the nearest curve pixel.
+    /// Copies disparities into the band, first from pixels outside the band. A pixel that no such disparity reaches keeps its
+    /// own disparity if `tolerance` allows it. A second pass copies all disparities set so far to the remaining pixels on the
+    /// same side, over any distance. Pixels that even this pass does not reach get the front or back disparity of the nearest
+    /// curve pixel.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -16305,8 +16373,8 @@ private:
         buffer<std::uint8_t> is_first_;  // 1 for the first pixel of a run
     };
 
-    /// Passes values on to open pixels (those without a final value) on the same side. Proceeds breadth-first for up to `reach`
-    /// steps, so that each open pixel gets the value of the nearest pixel that is not open.
+    /// Copies final values to adjacent open pixels (pixels without a final value) on the same side. Proceeds breadth-first for
+    /// up to `reach` steps, so that each open pixel gets the value of the nearest pixel that is not open.
     void carry(const neighbors& beside, std::size_t reach) {
         buffer<std::int32_t> ring, next;
         const auto visit_open = [&](std::int32_t from) {
@@ -16344,8 +16412,8 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/depth/network_decider.hpp
-// Decides silhouettes with a network: beside sharp steps, it assigns each pixel to the front or the back surface. The pixel then
-// gets the depth of nearby pixels of that surface that the step does not blur.
+// Decides silhouettes with a network: beside sharp steps, it assigns each pixel to the front or the back surface. The pixel
+// then gets the depth of nearby pixels that belong to this surface and have no blurred depth.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -16357,23 +16425,24 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <class Network>
 class network_decider {
 public:
-    /// network    nullptr selects aligned_silhouettes, so that a program can let its user choose between the two deciders
+    /// network    the network, or nullptr to use aligned_silhouettes instead
     /// alignment  options of aligned_silhouettes
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
-    /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
-    /// lie on one of the two surfaces, not between them. If depth samples are no larger than pixels, aligned_silhouettes decides
-    /// instead, because such depth locates silhouettes better than the network does. Time and memory are linear in the number of
-    /// pixels, regardless of their disparities. Raises mismatch if the images do not have the shapes that undecided_depth
-    /// documents.
+    /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of
+    /// depth/step_band.hpp) lie on one of the two surfaces, not between them. If depth samples are no larger than pixels,
+    /// aligned_silhouettes decides instead, because such depth locates silhouettes better than the network does. Time and
+    /// memory are linear in the number of pixels, regardless of their disparities. Raises mismatch if the images do not have
+    /// the shapes that undecided_depth documents, invalid_option for a sample_size outside [1, 16], and the errors of
+    /// find_step_band().
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
         detail::check_map_and_photo(depth.disparity, depth.photo, "network_decider");
         detail::check_sample_size(depth.sample_size);
         if (depth.estimated.empty() || depth.estimated.channels() != 1)
-            raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with pixels",
+            raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with at least one pixel",
                   detail::shape_text(depth.estimated));
         const step_band band = find_step_band(depth.disparity, {.min_step = min_step});
         decided_depth result;
@@ -16447,18 +16516,18 @@ struct normalize_options {
     /// compress all other values. Tuned by experiment.
     float clipped_share = 0.001F;
     /// Relative difference between adjacent levels of a quantized source, at least 0: exp(0.0187) - 1 for Tiefenrausch, whose 8
-    /// bits encode the logarithm of disparity; 0 for a source with fine levels.
+    /// bits encode the logarithm of disparity; 0 for a source that is not quantized.
     float relative_step = 0.0F;
-    /// Maximum size of a quantization step in the result, above 0 and well below the discontinuity threshold of 0.05. In a scene
-    /// as flat as a wall, one step would be a large part of the range; normalize() then extends the range, and disparity does not
-    /// reach 0.
+    /// Maximum size of a quantization step in the result, above 0 and well below the discontinuity threshold of 0.05. In a flat
+    /// scene, such as a wall, one step would be a large part of the range. normalize() then extends the range, so that
+    /// disparity does not reach 0.
     float max_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, the source is 1 / depth only
     /// up to scale and shift, and `assumed_range` replaces the unknown distances.
     bool is_inverse_depth = true;
-    /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
+    /// Whether the source is 1 / depth in meters, so that distances are known. Has no effect if is_inverse_depth is false.
     bool is_metric = false;
-    /// Distances that are used if the source does not determine them, with 1e-6 <= z_near <= z_far <= 1e9.
+    /// Distances to use if the source does not determine them, with 1e-6 <= z_near <= z_far <= 1e9.
     depth_range assumed_range = {};
     /// Maximum ratio of the farthest to the nearest distance, 1 to 1e6. Larger ratios are clamped, because disparity near the
     /// horizon is mostly noise.
@@ -16562,9 +16631,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Larger sigmas smooth more noise and lose more thin objects. The defaults were tuned by experiment.
 struct resample_options {
-    /// Standard deviation of the Gaussian weight over distance, in samples of the disparity map.
+    /// Standard deviation of the Gaussian weight over distance, in samples of the disparity map; above 0.
     float spatial_sigma = 1.2F;
-    /// Standard deviation of the Gaussian weight over color difference, in gray levels (Euclidean over the three channels).
+    /// Standard deviation of the Gaussian weight over color difference, in gray levels (Euclidean over the three channels);
+    /// above 0.
     float color_sigma = 20.0F;
 };
 
@@ -16729,7 +16799,7 @@ private:
     }
 
     // Sets pixels to the weighted median of a window, smoothed by a weighted mean over the samples on the median's surface.
-    // exp(-a) is approximated by (1 - a/32 + a^2/2048)^32.
+    // Approximates exp(-e) by (1 - e/32 + e^2/2048)^32.
     void set_medians(const window& around, const four_pixels& pixels) const noexcept {
         const four_floats x = load(pixels.x.data()), y = load(pixels.y.data()), red = load(pixels.red.data()),
                           green = load(pixels.green.data()), blue = load(pixels.blue.data());
@@ -16813,10 +16883,10 @@ private:
 /// surface    rule that decides whether neighboring samples belong to one surface
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
-/// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
-/// If the map is at least as fine as the photo, each pixel gets its nearest sample instead. Raises mismatch for empty images or
-/// wrong numbers of channels, invalid_data for disparities that are not finite, invalid_option if a sigma is not above 0. Linear
-/// time; 4 bytes per pixel and 16 per sample.
+/// the 7 x 7 samples around it, weighted by distance and color similarity, and then smoothed over the samples on the median's
+/// surface. If the map is at least as fine as the photo, each pixel gets its nearest sample instead. Raises mismatch for empty
+/// images or wrong numbers of channels, invalid_data for disparities that are not finite, invalid_option if a sigma is not
+/// above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -16842,21 +16912,22 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 // Sharpens blurred depth edges into steps at the resolution of the depth map. Depth networks and phones spread a step over many
 // samples, so that neighbors differ too little to count as a discontinuity.
 //
-// Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement
-// of digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
-// the largest value around them, convex regions the smallest, until both meet where the edge was steepest. The filter works only
-// where disparity changes much within a few samples and little beyond them; slopes do not change.
+// Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for
+// enhancement of digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990):
+// concave regions get the largest value around them, convex regions the smallest, until both meet where the edge was steepest.
+// The filter changes only edges: places where disparity changes a lot within a few samples and little beyond them. Slopes
+// remain.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were tuned on ground-truth depth maps that were blurred to resemble a network's depth maps.
 struct sharpen_options {
-    /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
+    /// Maximum blur of an edge, in samples on either side, 0 to 64. 0 disables sharpening.
     int radius = 3;
-    /// Minimum change in disparity within the radius, as a multiple of surface_rule::max_step.
+    /// Minimum change in disparity within the radius, as a multiple of surface_rule::max_step, at least 0.
     float min_change = 3.0F;
-    /// Minimum ratio of the change within the radius to the change within twice the radius. A uniform slope has a ratio of one
-    /// half.
+    /// Minimum ratio of the change within the radius to the change within twice the radius, at least 0. A uniform slope has a
+    /// ratio of one half.
     float min_share = 0.7F;
 };
 
@@ -16962,8 +17033,8 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 /// surface    rule that decides whether neighboring samples belong to one surface
 ///
-/// Raises mismatch for another number of channels, invalid_data for values that are not finite, invalid_option if the radius is
-/// below 0 or above 64. Time is proportional to the number of samples times the radius. Memory is 40 bytes per sample.
+/// Raises mismatch for another number of channels, invalid_data for values that are not finite, invalid_option if an option is
+/// out of range. Time is proportional to the number of samples times the radius. Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
@@ -16971,6 +17042,10 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
     detail::check_finite(disparity, "sharpen_edges");
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "sharpen_options::radius", "0 to 64", std::to_string(options.radius));
+    for (const float limit : {options.min_change, options.min_share})
+        if (!(limit >= 0.0F))
+            raise(error_code::invalid_option, "sharpen_options", "min_change and min_share of at least 0",
+                  detail::to_text(limit));
     image<float> map(disparity);
     if (options.radius == 0 || map.empty()) return map;
     const image<float> zone = detail::sharpen::edge_zone(map, surface, options, threads);
@@ -16981,20 +17056,20 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
 }}  // namespace ldi
 
 // ---- ldi/depth/weighted_median.hpp
-// The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). Among the 5 x 5 samples
-// around a pixel, sorted by value, it selects the sample for which the sum of the weights before it is closest to the sum of the
-// weights after it. Weights decrease with the disparity difference from the center. Samples next to an edge have zero weight,
-// which forces a decision between the two sides.
+// The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). The filter sorts the
+// 5 x 5 samples around a pixel by value. It selects the sample for which the total weight of the smaller values is closest to
+// the total weight of the larger values. Weights decrease with the disparity difference from the center. Samples next to an
+// edge have zero weight, which forces a decision between the two sides.
 //
-// Sorting networks filter four pixels at once. They sort columns of five samples and merge pairs of columns; neighboring windows
-// share both. For each window, they then merge two pairs and a column. A sample's weight depends only on its value, so only
-// values are sorted.
+// Sorting networks process four pixels at once. They sort columns of five samples and merge pairs of columns. Neighboring
+// windows share the sorted columns and pairs. For each window, the networks then merge two pairs and a column. A sample's
+// weight depends only on its value, so only values are sorted.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of weighted_median().
 struct weighted_median_options {
-    /// Standard deviation of the Gaussian weight over the disparity difference from the center.
+    /// Standard deviation of the Gaussian weight over the disparity difference from the center, above 0.
     float sigma = 0.2F;
 };
 
@@ -17125,7 +17200,8 @@ struct sorted_columns {
     // Filters the four pixels whose windows start at columns x to x + 3.
     //
     // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one: the sums of the 12 weights on
-    // either side differ by less than 24/26, and for every other sample the sums differ by more. The plain median is then exact.
+    // either side differ by less than 24/26. For every other sample, the sums differ by more. The weighted median then equals
+    // the plain median.
     four_floats filter(std::size_t x, four_floats center, float sigma) const noexcept {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
@@ -17187,6 +17263,7 @@ private:
 /// Applies the weighted median. Returns H x W x 1.
 ///
 /// disparity  H x W x 1, finite
+/// surface    rule that decides whether neighboring samples belong to one surface
 ///
 /// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
 /// its value if all weights are zero. Raises mismatch for another number of channels, invalid_data for values that are not
@@ -17258,10 +17335,10 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
+/// Ends of curves at which a growth_constraint keeps the hidden surface from spreading sideways.
 enum class constrained_ends : std::uint8_t {
     midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
-    all,        ///< every end inside the photo, even if the curve is in front of the background; for comparison with `midground`
+    all,        ///< every end inside the photo, even of curves in front of the background; for comparison with `midground`
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
@@ -17343,8 +17420,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
                          const char* where) {
     const auto refuse = [&](const discontinuity_curve& c, const std::string& found) {
         raise(error_code::mismatch, where,
-              "curves that follow the missing links of a layer of " + std::to_string(g.width()) + " x " +
-                  std::to_string(g.height()),
+              "curves along the missing links of a layer of " + std::to_string(g.width()) + " x " + std::to_string(g.height()),
               "curve " + std::to_string(&c - curves.data()) + " with " + found);
     };
     const float width = nearest_float(g.width()), height = nearest_float(g.height());
@@ -17379,8 +17455,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
 /// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained. At such an end, the
 /// disparity step is still as large as the threshold, so a camera that moves along the curve uncovers some of the back surface
-/// past the end. Time is linear, except for sorting the ends of curves. Memory is 5 bytes per pixel, 16 per pixel side and 500
-/// per curve.
+/// past the end. Runs in linear time, except for sorting the ends of curves. Uses 5 bytes of memory per pixel, 16 per pixel
+/// side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {
@@ -17449,8 +17525,8 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
 }}  // namespace ldi
 
 // ---- ldi/occlusion/detail/hidden_pixels.hpp
-// Pixels added behind a single layer while it grows. They are stored separately from the layer, so that the cost of growth
-// depends only on the number of new pixels. At the end, one pass merges both into canonical order.
+// Pixels added behind a single layer while it grows. Storage is separate from the layer, so that the cost of growth depends
+// only on the number of new pixels. At the end, one pass merges both into canonical order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -17473,8 +17549,8 @@ public:
     std::int32_t height() const { return base_.height(); }
     std::int32_t hidden_count() const { return hidden_.count(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
-    /// Index of the visible pixel at (x, y). From there, next_at_position() visits the hidden pixels at this position, one by
-    /// one.
+    /// Index of the visible pixel at (x, y). From this pixel, repeated calls of next_at_position() visit the hidden pixels at
+    /// the position, the newest first.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
         return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
@@ -17494,7 +17570,7 @@ public:
 
     /// Adds a hidden pixel.
     ///
-    /// origin  the visible pixel whose surface it continues
+    /// origin  the visible pixel whose surface the new pixel continues
     std::int32_t add(std::int32_t position, float disparity, std::int32_t origin) {
         const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x()[position], base_.y()[position]);
         origin_.push_back(origin);
@@ -17524,7 +17600,7 @@ public:
         see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order. Releases memory as early as it can, because make_photo3d() uses the most memory
+    /// Merges all pixels into canonical order. Releases memory as early as possible, because the memory of make_photo3d() peaks
     /// here. Only write_disparity() may follow.
     grown_pixels merge() {
         newest_ = {}, older_ = {};
@@ -17653,8 +17729,8 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past this end of the curve, the camera sees the surface behind the midground. The nearest front pixel
-                // determines the parallax.
+                // Past this end of the curve, the camera sees the surface behind the midground. The nearest front pixel along
+                // the curve determines the parallax there.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
                 for (const std::int32_t back : {pixels_.position(x - 1, y - 1), pixels_.position(x, y - 1),
@@ -17677,7 +17753,7 @@ public:
     bool is_finished(int iterations_done) const { return iterations_done > 0 && front_.empty(); }
 
     /// Approximate number of iterations until growth is finished. Growth in four directions needs up to sqrt(2) iterations per
-    /// pixel of distance. Surfaces that recede behind the front need more.
+    /// pixel of distance. Surfaces that recede from the camera as they grow need more iterations.
     int expected_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -17731,7 +17807,7 @@ private:
         const std::int32_t position = pixels_.position(x, y);
 
         // As in the paper, the disparity of the new pixel is the average over its neighbors. Its neighbor on each side is the
-        // pixel of this surface that is free to be linked, if one exists. The new pixel inherits its origin from the neighbor
+        // pixel of this surface that is free to be linked, if one exists. The new pixel inherits the origin of the neighbor
         // whose surface may still grow farthest.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
@@ -17841,7 +17917,7 @@ private:
         return vector_length(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // Returns the growth of the surface behind a curve at one of its ends.
+    // Returns the maximum growth of the surface behind a curve at one of the curve's ends, in pixels.
     float reach_at(const discontinuity_curve& curve, const growth_constraint& end) const {
         float nearest = std::numeric_limits<float>::infinity(), reach = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -17850,11 +17926,12 @@ private:
     }
 
     // Whether the step from a pixel to (x, y) crosses the constraint at one of the curve's ends from inside. The constraint is a
-    // line that starts at the curve's end and leads behind the front surface. The line is as long as the surface grows at that
-    // end, so a surface that grows farther from elsewhere may pass around it. It also extends 2 pixels in the opposite direction,
-    // a value tuned by experiment. Steps that start outside are allowed: the surface came there from the other side of a narrow
-    // front, or around the line. Steps that meet a hidden pixel of the same surface outside, for example between the lines of two
-    // curves, are also allowed.
+    // line that starts at the curve's end and leads behind the front surface. Its length is the distance by which the surface
+    // may grow at that end. A surface that grows farther from elsewhere may pass around the line. The line also extends 2
+    // pixels in the opposite direction, a value tuned by experiment. The curve is on the inside of the line. Steps that start
+    // on the outside are allowed: the surface came there from the other side of a narrow front, or around the line. Also
+    // allowed are steps next to a hidden pixel of the same surface that is already outside, for example between the lines of
+    // two curves.
     bool crosses_constraint(std::size_t curve, std::int32_t pixel, std::int32_t x, std::int32_t y) const {
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
         for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -17879,7 +17956,7 @@ private:
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
     float parallax_ = 0.0F;                // maximum parallax, in pixels, for a disparity difference of 1
-    buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
+    buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, or gave another origin
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
@@ -17903,8 +17980,9 @@ struct expand_options {
     /// Maximum number of iterations, each of which grows all surfaces by one pixel. If this limit ends growth early, views within
     /// `motion` show gaps.
     int iterations = 4096;
-    /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
-    /// 1 with the default motion. Without the limit, maps of noise or of staircases would need 6.
+    /// Maximum number of hidden pixels per pixel of the photo, 0 or more; growth ends after the iteration that reaches this
+    /// number. 117 photographs and sensor depth maps need at most 1 with the default motion. Without the limit, maps of noise
+    /// or of staircases would need 6.
     float max_hidden = 1.25F;
     /// Whether hidden surfaces behind different curves join where they meet at similar depth. If false, they pass each other; for
     /// comparison only.
@@ -17924,7 +18002,7 @@ struct expanded_layers {
 ///
 /// layer    result of lift() after close_spurious_discontinuities()
 /// surface  rule by which lift() linked the layer; raises mismatch for a rule under which a curve separates pixels of one
-///          surface. A smaller max_step than lift()'s is not detected: hidden surfaces then join too rarely
+///          surface. expand() cannot detect a max_step smaller than lift()'s; hidden surfaces then join too rarely
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
 /// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options outside their ranges or a max_step outside
@@ -17940,9 +18018,9 @@ struct expanded_layers {
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
 /// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
 ///
-/// At most about 1 / surface_rule::max_step surfaces lie at one position. Most photos need less than half a hidden pixel per
-/// pixel of the photo; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is
-/// up to 110 bytes per pixel.
+/// At most about 1 / surface_rule::max_step surfaces exist at one position. Most photos need less than half a hidden pixel per
+/// pixel of the photo; expand_options::max_hidden is the limit. The function runs in linear time in the number of pixels of the
+/// result, and uses up to 110 bytes of memory per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -18083,16 +18161,18 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 ///
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
-/// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
+/// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera's width and height
+///            must be those of the photo, or both 0
 ///
-/// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold below 0 or NaN;
-/// invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 33 bytes per pixel.
+/// Raises mismatch if an image is empty, or if the images and the camera differ in size. Raises invalid_option for a threshold
+/// that is negative or NaN, invalid_data for a disparity outside [0, 1] by more than a rounding error (1e-5), and too_large for
+/// 2^31 pixels or more. Runs in linear time and uses 33 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
     return detail::lift_colors<color_column>(color, disparity, facts, threads);
 }
-/// Lifts a photo with 16 bits per channel. Parameters and errors as above; 36 bytes per pixel.
+/// Lifts a photo with 16 bits per channel. The parameters and errors are the same. Uses 36 bytes per pixel.
 template <executor Executor = const serial_executor>
 single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
                                                                                 image_view<const float> disparity,
@@ -18104,8 +18184,8 @@ single_layer<color16_column, disparity_column, known_column, matte_column> lift(
 }}  // namespace ldi
 
 // ---- ldi/occlusion/detail/photo_rim.hpp
-// Finds rims that do not belong to the scene: edges of scanned slides, and thin frames. If they were mirrored past the border,
-// they would become lines across the picture.
+// Finds rims that do not belong to the scene: edges of scanned slides, and thin frames. If grow_past_frame() mirrored such rims
+// past the border, they would become lines across the picture.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -18203,7 +18283,7 @@ public:
     buffer<float> slopes(const buffer<std::int32_t>& pixels) const {
         buffer<float> result(pixels.size());
         buffer<sums> chain;
-        buffer<std::size_t> members;  // the chain: successive pixels of one surface, as positions in `pixels`
+        buffer<std::size_t> members;  // indices in `pixels` of the chain: successive pixels of one surface
         for (std::size_t first = 0; first < pixels.size(); ++first) {
             if (graph_.neighbor(pixels[first], opposite(along_)) != no_pixel) continue;
             chain.clear(), members.clear();
@@ -18366,8 +18446,8 @@ public:
     }
     /// Adds a new pixel. (x, y) is relative to the photo's first pixel.
     ///
-    /// border  border pixel whose surface it continues
-    /// source  old pixel that it shows
+    /// border  border pixel whose surface the new pixel continues
+    /// source  old pixel that the new pixel shows
     void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
         origins_.push_back(source), borders_.push_back(border);
         place(x, y);
@@ -18431,8 +18511,8 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Lays out old and new pixels in canonical order, row by row from the top. Each run that reaches the left or the right border
-/// continues past it. Each pixel of the first row continues upward, and each pixel of the last row downward. This includes the
-/// new pixels of these rows, so the corners are filled.
+/// continues past this border. Each pixel of the first row continues upward, and each pixel of the last row downward. This
+/// includes the new pixels of these rows, so the corners are filled.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
@@ -18518,8 +18598,8 @@ private:
         std::int32_t first, last, left, right;
     };
     /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
-    /// row. `source` is that pixel if it is old, else the old pixel whose color it repeats. `border` is the border pixel whose
-    /// disparity the column gets.
+    /// row. `source` is that pixel if it is old, else the old pixel whose color that pixel repeats. `border` is the border
+    /// pixel whose disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -18688,11 +18768,11 @@ private:
 // instead.
 //
 // The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces at this
-// disparity do not move relative to the frame. Other surfaces move in any direction, by up to the motion times the difference
-// between their disparity and the window's. Each surface continues past the border by this distance, at the disparity of its
-// border pixel. The colors of the continuation are those of the photo, mirrored at the border along the surface, slightly
-// softened, and sheared so that lines continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture,
-// and leaves no seam.
+// disparity do not move relative to the frame. Other surfaces move in any direction. Their maximum movement is the maximum
+// parallax times the difference between their disparity and the window's. Each surface continues past the border by at least
+// this distance, at the disparity of its border pixel. The colors of the continuation are those of the photo, mirrored at the
+// border along the surface, slightly softened, and sheared so that lines continue straight (detail/border_lines.hpp). This
+// costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center. To later stages,
 // the result looks like a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
@@ -18755,15 +18835,15 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// Continues all surfaces past the photo's border and returns the width of the lattice's new margin (photo_facts::margin).
 ///
 /// layers  layers on the photo's lattice, in canonical order; every pixel has a color
-/// facts   camera and motion are used
+/// facts   properties of the photo; only camera and motion are read, and the margin must be 0
 ///
 /// A new pixel shows a pixel of the photo: it gets that pixel's softened color and the disparity of the border pixel, and its
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
-/// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion below 0, infinite or NaN, mismatch if `facts` has a margin, if the camera and the lattice differ
-/// in size, or for layers in another order, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or
-/// positions; after too_large the layers are empty. Linear time.
+/// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Runs
+/// in linear time. Raises invalid_option for a motion that is negative, infinite or NaN. Raises mismatch if `facts` has a
+/// margin, if the camera and the lattice differ in size, or if the layers are not in canonical order. Raises invalid_data for
+/// disparities that are not finite. Raises too_large for 2^31 or more pixels or positions; the layers are then empty.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -18772,9 +18852,10 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     if (layers.size() == 0) return 0;
     const std::int32_t columns = layers.topology().width(), rows = layers.topology().height();
     if (facts.margin != 0 || facts.camera.width != columns || facts.camera.height != rows)
-        raise(error_code::mismatch, "grow_past_frame", "layers on the lattice of the photo, without a margin",
-              std::to_string(columns) + " x " + std::to_string(rows) + " for a photo of " + std::to_string(facts.camera.width) +
-                  " x " + std::to_string(facts.camera.height) + " with a margin of " + std::to_string(facts.margin));
+        raise(error_code::mismatch, "grow_past_frame", "a lattice of the photo's size, and a margin of 0",
+              std::to_string(columns) + " x " + std::to_string(rows) + " pixels for a photo of " +
+                  std::to_string(facts.camera.width) + " x " + std::to_string(facts.camera.height) + " with a margin of " +
+                  std::to_string(facts.margin));
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
     const graph& in = layers.topology();
@@ -18833,7 +18914,8 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
 // ---- ldi/occlusion/spurious_discontinuities.hpp
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
 // (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so the groups would open as cracks and cut
-// charts into slivers. Therefore, this stage links the pixels on both sides of each discontinuity, and the mesh spans the step.
+// charts into slivers. Therefore, this stage links the pixels on both sides of each such discontinuity, so that the mesh spans
+// the step in depth.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -18884,10 +18966,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
 /// value           value(pixel, s) returns the channels of a known pixel, which is the neighbor on side `s` of an unknown pixel
 /// before_solving  called after all calls of value()
-/// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
+/// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel, in ascending order
 ///
-/// Raises mismatch if an unknown pixel precedes its left or its upper neighbor, which is impossible in canonical order. A surface
-/// without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
+/// Raises mismatch if an unknown pixel precedes its left or its upper neighbor, which is impossible in canonical order. If no
+/// link path connects a surface to a known pixel, it gets the mean of the known values that border unknown pixels of other
+/// surfaces.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>
 void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
                      BeforeSolving&& before_solving, Store&& store) {
@@ -18930,11 +19013,12 @@ struct diffusion_inpainter {
     /// Gauss-Seidel rounds on each level of the multigrid, 1 to 64.
     int rounds = 6;
 
-    /// Inpaints every pixel whose known_column is 0. A surface without any known pixel gets the mean of the known colors next to
-    /// unknown pixels elsewhere. Raises invalid_option for rounds outside [1, 64]. Linear time; 4 bytes per pixel and up to 200
-    /// per unknown pixel.
+    /// Inpaints every pixel whose known_column is 0. If no link path connects a surface to a known pixel, it gets the mean of
+    /// the known colors that border unknown pixels of other surfaces. Raises invalid_option for rounds outside [1, 64]. Linear
+    /// time. Memory: 4 bytes per pixel, and up to 200 more per unknown pixel.
     ///
-    /// layers  in canonical order
+    /// layers    in canonical order
+    /// progress  receives the stage "color inpainting"
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
         if (rounds < 1 || rounds > 64)
@@ -18973,9 +19057,9 @@ constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
 // areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
 // Detail is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known pixels near
-// unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of the detail
-// diffuses along the links of the layered image to the unknown pixels. The root reduces the influence of a few edges among smooth
-// pixels. The noise depends only on a pixel's position, so results are deterministic.
+// unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of the
+// detail diffuses along the links of the layered image to the unknown pixels. The square root reduces the influence of a few
+// edges among smooth pixels. The noise depends only on a pixel's position, so results are deterministic.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -18998,7 +19082,7 @@ namespace detail {
 inline float grain_at(std::int32_t x, std::int32_t y) {
     const std::uint32_t h = hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
     const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // sum of four uniform bytes
-    return (sum - 510.0F) / 147.8F;  // minus the mean, 4 * 127.5; divided by the deviation, sqrt(4 * (256^2 - 1) / 12)
+    return (sum - 510.0F) / 147.8F;  // minus the mean, 4 * 127.5; divided by the standard deviation, sqrt(4 * (256^2 - 1) / 12)
 }
 
 /// Measures the photo's grain at known pixels.
@@ -19008,10 +19092,10 @@ public:
     grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
-    /// Walks `smeared` steps from `pixel` toward side `s`, away from an unknown pixel and only over known pixels, and returns the
-    /// detail at the pixel that it reaches. Detail is the difference between the brightness of the pixel and the mean of its
-    /// neighbors. Left and right neighbors count only if both are known, as do upper and lower neighbors, so that a ramp has no
-    /// detail. Returns 0 if neither pair is known.
+    /// Walks `smeared` steps from `pixel` toward side `s`, away from an unknown pixel and only over known pixels, and returns
+    /// the detail at the pixel that it reaches. Detail is the difference between the brightness of the pixel and the mean of
+    /// its neighbors. A pair of opposite neighbors (left and right, or upper and lower) counts only if both are known, so that
+    /// a linear gradient has no detail. Returns 0 if no pair is known.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
             if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;
@@ -19031,8 +19115,8 @@ public:
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: beyond the blur that lens and
-    // JPEG cause at silhouettes, but less than the width of small objects. Tuned by experiment.
+    // Steps from the known neighbor of an unknown pixel to the pixel where detail is measured. This distance exceeds the blur
+    // that lens and JPEG cause at silhouettes, but is less than the width of small objects. Tuned by experiment.
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
@@ -19064,15 +19148,15 @@ inline void check_options(const grain_options& options) {
 }
 
 /// Estimates the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
-/// Returns one value per unknown pixel, in their order.
+/// Returns one value per unknown pixel, in ascending order of the pixels.
 ///
-/// limit   above 0; maximum detail
+/// limit   above 0; maximum of the standard deviation
 /// rounds  Gauss-Seidel rounds on each level of the diffusion
 template <has_columns<color_column, known_column> Layers>
 buffer<float> detail_around_unknown(const Layers& layers, float limit, int rounds) {
     const grain_meter meter(layers.topology(), layers.template column<color_column>(), layers.template column<known_column>());
     buffer<float> result;
-    std::uint8_t root = 0;  // square root of the surrounding noise relative to the limit
+    std::uint8_t root = 0;  // sqrt(noise / limit), scaled to 0 to 255
     diffuse_unknown<1>(
         layers.topology(), layers.template column<known_column>(), rounds,
         [&](std::int32_t pixel, side s) {
@@ -19130,20 +19214,20 @@ struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
     side toward_front;         ///< direction from `back` to `front`
     float_color foreground{}, background{};
-    bool can_tell = false;  ///< whether both colors are known and differ
+    bool can_tell = false;  ///< whether both colors are known and differ by at least the contrast of sample()
 };
 
 class silhouette_band {
 public:
     struct place {
         std::int32_t pixel;
-        std::int32_t side;      ///< index of the nearest silhouette side
+        std::int32_t side;      ///< index of the nearest silhouette side in sides()
         std::int16_t distance;  ///< steps along links to that side: 0 for pixels that touch it
         bool in_front;          ///< whether the pixel belongs to the nearer of the two surfaces
     };
 
     /// g      in the order of a photo; every missing link inside the photo is a silhouette
-    /// reach  upper limit of distances, exclusive; at most max_band_width
+    /// reach  exclusive upper limit of place::distance; at most max_band_width
     silhouette_band(const graph_view& g, array_view<const float> disparity, int reach) : graph_(g), reach_(reach) {
         const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
             const bool a_is_nearer = disparity[a] > disparity[b];
@@ -19164,7 +19248,7 @@ public:
 
     /// Samples the colors of both surfaces at every side.
     ///
-    /// colors    K x 3
+    /// colors    K x 3, the column of a photo with this graph
     /// contrast  minimum Euclidean distance between distinguishable colors, in gray levels
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
@@ -19273,17 +19357,19 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // Grain alone causes errors of a tenth of the contrast. If the error is half the contrast, no mixture explains the color.
+    // Grain alone causes errors of a tenth of the contrast, so errors up to a tenth keep the full confidence. If the error is
+    // half the contrast, no mixture explains the color, and the confidence is 0.
     const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
 
-/// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
-/// distinguishable, confidence is 0. alpha is then the known share, or else 1 in front and 0 behind.
+/// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest silhouette side are not
+/// distinguishable, its confidence is 0. Its alpha is then the known share. If the share is unknown, alpha is 1 in front and 0
+/// behind.
 class local_matte {
 public:
-    /// shares  H x W, known shares of the foreground, as in decided_depth; may be empty
+    /// shares  H x W, known shares of the foreground, in the units of decided_depth::shares; may be empty
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
                 std::span<const std::uint8_t> shares = {})
         : graph_(g), band_(band), shares_(shares) {
@@ -19293,6 +19379,7 @@ public:
 
     const buffer<mixture>& mixtures() const { return mixtures_; }
 
+    /// Smooths the estimated shares by diffusion, with `rounds` Gauss-Seidel rounds on each level of the multigrid.
     void smooth(int rounds) {
         diffusion<1> solver;
         solver.start();
@@ -19387,31 +19474,34 @@ private:
 // ---- ldi/inpaint/mixed_colors.hpp
 // Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and inaccurate depth edges mix them. The
 // paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors themselves
-// determine which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown if that surface has
-// only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
+// determine which pixels are mixed. Mixed foreground pixels get the foreground's own color, and mixed background pixels become
+// unknown. A fixed margin of the background also becomes unknown, and so does a fixed margin of the foreground where both
+// surfaces look alike.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Margins apply to photos with a long side of up to 1536 pixels, the paper's size, and grow in proportion for larger photos.
+/// Unmixing refills a pixel by marking it as unknown, so that inpainting replaces its color. Margins apply to photos with a
+/// long side of up to 1536 pixels, the paper's size, and grow in proportion for larger photos.
 struct mixed_color_options {
-    /// Foreground colors are refilled within this many pixels of the silhouette where both surfaces look alike.
+    /// Foreground colors are refilled within this many pixels of the silhouette where both surfaces look alike, at least 0.
     int foreground_margin = 2;
-    /// Background colors are always refilled within this many pixels of the silhouette. The paper marks only the foreground.
-    /// Without this margin, the hidden surface would continue the lens blur on the background, and the foreground colors that an
-    /// inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB compared to
-    /// refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared to one.
+    /// Background colors are always refilled within this many pixels of the silhouette, at least 0. The paper marks only the
+    /// foreground. Without this margin, the hidden surface would continue the lens blur on the background, and the foreground
+    /// colors that an inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB
+    /// compared to refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared
+    /// to one.
     int background_margin = 1;
-    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side, 0 to 1; at least two pixels and
-    /// at most 32767. Applies only where the colors of the two surfaces differ. 0 disables the search.
+    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side, 0 to 1. The distance in pixels
+    /// is clamped to [2, 32767]. Applies only where the colors of the two surfaces differ. 0 disables the search.
     float reach = 4.0F / 1536.0F;
-    /// Minimum Euclidean RGB distance between colors that count as different. Each channel is in [0, 255].
+    /// Minimum Euclidean RGB distance between colors that count as different, above 0. Each channel is in [0, 255].
     float contrast = 40.0F;
 };
 
 namespace detail {
 
 // Marks the pixels that are within `margin` steps of `edge` along links as unknown. Pixels stay known if no known pixel farther
-// from the edge could refill them: a thin rod keeps its colors.
+// from the edge could refill them. For example, a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
@@ -19434,8 +19524,8 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring stays known. From there toward the edge, a visited pixel is refillable if a neighbor in the next outer
-    // ring is. Refillable pixels of the inner rings become unknown.
+    // The outermost ring stays known. From there toward the edge, a visited pixel is refillable if one of its neighbors in the
+    // next outer ring is refillable. Refillable pixels of the inner rings become unknown.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
@@ -19464,7 +19554,7 @@ inline int band_width(float reach, const graph_view& g) {
     return reach > 0 ? static_cast<int>(std::clamp(std::lround(pixels), 2L, long{max_band_width})) : 0;
 }
 
-/// Replaces mixed foreground colors with the foreground's own color, and marks mixed background colors as unknown.
+/// Replaces each mixed color with an estimate of the surface's own color, and marks mixed background pixels as unknown.
 template <class Layers>
 class color_cleaner {
 public:
@@ -19546,10 +19636,10 @@ private:
 /// it.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
-/// shares  H x W, known shares of the surface in front, as in decided_depth; may be empty
+/// shares  H x W, known shares of the surface in front, in the units of decided_depth::shares; may be empty
 ///
-/// Raises invalid_option for an option outside its range, mismatch for any other number of shares. Time is linear except for
-/// sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie beside silhouettes.
+/// Raises invalid_option for an option outside its range, and mismatch if `shares` is neither empty nor H x W. Time is linear,
+/// except for sorting the pixels beside silhouettes. Memory: up to 150 bytes per pixel, if all pixels lie beside silhouettes.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
                   std::span<const std::uint8_t> shares = {}) {
@@ -19586,8 +19676,8 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/texture_cells.hpp
-// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on the
-// same surfaces. They are a small part of a photo's pixels, so they are numbered separately, as cells.
+// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on
+// the same surfaces. These pixels are a small part of a photo, so they have their own numbers, as cells.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -19616,7 +19706,9 @@ struct texture_cells {
         return n == cell ? no_pixel : n;
     }
 
-    /// Returns the cell `steps` steps away, or the last cell before the links end.
+    /// Returns the cell `steps` steps away, or the last linked cell if fewer cells are linked on that side.
+    ///
+    /// steps  at most max_steps
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
         LDI_ASSERT(steps <= max_steps);
         switch (s) {
@@ -19637,7 +19729,8 @@ private:
     }
 };
 
-/// Counts the steps along links from each pixel to the nearest unknown pixel, up to `max_steps`; 255 beyond.
+/// Counts the steps along links from each pixel to the nearest unknown pixel, up to `max_steps`. Pixels that are farther away
+/// get 255.
 inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int max_steps) {
     buffer<std::uint8_t> steps(g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
@@ -19723,13 +19816,13 @@ inline texture_cells find_texture_cells(const graph_view& g, array_view<const st
 
 // ---- ldi/inpaint/detail/texture_looks.hpp
 // Color features of texture cells: high frequencies, and blurred surroundings. The blur is a 3 x 3 binomial filter over links.
-// High frequencies are the difference between a color and the color blurred once. Surroundings are blurred four times. Sums
-// remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
+// High frequencies are the difference between a color and the color blurred once. Surroundings are blurred four times. The sums
+// are not divided between passes: each pass adds four bits to the 8 bits of a color, so the sums have 24 bits.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Surroundings of a cell: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. A 0 pads them to
-/// 16 bytes for vector instructions.
+/// Surroundings of a cell: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. One zero byte
+/// pads them to 16 bytes for vector instructions.
 using texture_surroundings = std::array<std::uint8_t, 16>;
 
 inline constexpr int tap_distance = 4;
@@ -19862,8 +19955,9 @@ inline texture_looks look_at(const texture_cells& cells, array_view<const std::u
 // ---- ldi/inpaint/detail/texture_search.hpp
 // Finds the known pixel from which each unknown pixel copies its texture. Uses the randomized search of PatchMatch (Barnes,
 // Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009).
-// The search follows the links of a layered image, so it never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
-// Kav-Venaki and Peleg, 2009), neighbors whose sources are not neighbors add to the cost, so that copied texture is coherent.
+// The search follows the links of a layered image, so it never reaches another surface. As in "Shift-Map Image Editing"
+// (Pritch, Kav-Venaki and Peleg, 2009), the cost increases if neighbors copy from sources that are not neighbors, so that
+// copied texture is coherent.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -19931,7 +20025,7 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int min_cost = -1;  // computed only when there is a candidate to compare, which is rare
+        int min_cost = -1;  // computed on the first comparison, because most calls have no candidate
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {
@@ -19975,14 +20069,14 @@ private:
 
 // ---- ldi/inpaint/texture_transfer.hpp
 // Texture for inpainted pixels, copied from the photo. An inpainter that returns the mean of all plausible colors returns no
-// texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Each unknown pixel
-// copies from a known pixel whose blurred surroundings resemble its own (after Yi et al., "Contextual Residual Aggregation for
-// Ultra High-Resolution Image Inpainting", 2020). Where no known pixel is similar enough, the stage adds grain
+// texture. This stage adds high frequencies that it copies from known pixels of the same surface, near the silhouette. Each
+// unknown pixel copies from a known pixel with similar blurred surroundings (after Yi et al., "Contextual Residual Aggregation
+// for Ultra High-Resolution Image Inpainting", 2020). Where no known pixel is similar enough, the stage adds grain
 // (inpaint/grain.hpp). Not in the paper.
 //
-// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere. Their seams do not need
-// blending, which would average and weaken the texture. Detail that is stronger than the photo's detail around the hole, for
-// example an edge or a leaf in front of the sky, is limited.
+// High frequencies have a mean of zero and contain no edges that must align, so patches may end anywhere. The seams between
+// patches need no blending, which would average and weaken the texture. The stage attenuates detail that is stronger than the
+// photo's detail around the hole, for example an edge or a leaf in front of the sky.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -20007,7 +20101,7 @@ namespace detail {
 /// Three channels of color.
 using texture_color = std::array<float, 3>;
 
-/// Finds a source of texture for each unknown pixel, and the detail to copy from it.
+/// Finds a source of texture for each unknown pixel, and returns the detail to copy from the source.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
@@ -20064,13 +20158,13 @@ inline void check_options(const texture_options& options) {
 
 /// Adds texture to every pixel whose known_column is 0, and grain where no source is similar; other pixels do not change.
 ///
-/// layers  in canonical order; every pixel has a color
-/// grain   also determines how the photo's detail is measured: with a limit of 0, nothing is added. A texture strength of 0 is
-///         equivalent to add_grain()
+/// layers   in canonical order; every pixel has a color
+/// options  if the strength is 0, add_texture() is equivalent to add_grain()
+/// grain    its limit and its rounds also apply to measuring the photo's detail; if the limit is 0, nothing is added
 ///
 /// Raises invalid_option like add_grain(), and for a strength outside [0, 100], a crest outside [0, 1000], a tolerance outside
-/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time; up to 80 bytes per pixel, if all are unknown or
-/// near unknown pixels.
+/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time. Memory: up to 80 bytes per pixel, if all pixels
+/// are unknown or near unknown pixels.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
     detail::check_options(options);
@@ -20111,7 +20205,7 @@ struct uncertain_rim {
     std::int32_t position;              ///< index of the pixel on the photo's lattice, row-major
     std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
     std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
-    bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
+    bool is_distinguishable;            ///< whether `foreground` is reliable, an unmixed sample of a surface in front
 };
 
 /// 1 for a pixel that mark_uncertain_rims() marked, otherwise 0.
@@ -20123,8 +20217,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Projects `color` onto the line through `from` (0) and `to` (1), and returns its position there, which may be below 0 or above
-/// 1. Returns 0 if `from` and `to` differ by less than `min_contrast`.
+/// Projects `color` onto the line through `from` (0) and `to` (1), and returns the position of the projection on the line,
+/// which may be below 0 or above 1. Returns 0 if `from` and `to` differ by less than `min_contrast`.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to, float min_contrast) {
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -20141,9 +20235,9 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 /// the order of the pixels, and sets rim_column.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
-/// width   up to 32767; if it is 0 or less, no pixel is marked. Raises invalid_option for a larger width
+/// width   at most 32767, otherwise raises invalid_option; if 0 or less, no pixel is marked
 ///
-/// Linear time, whatever the width; up to 150 bytes per pixel, if all pixels lie within the width.
+/// Linear time for any width. Memory: up to 150 bytes per pixel, if all pixels lie within the width.
 template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
@@ -20180,9 +20274,9 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 }
 
 /// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. A pixel stays inpainted if
-/// its foreground is distinguishable and makes up more than an eighth of the pixel's own color. This share is measured on the
-/// line from the inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by
-/// experiment.)
+/// the foreground in front of it is distinguishable and makes up more than an eighth of the pixel's own color. This share is
+/// measured on the line from the inpainted color, which continues the background, to the foreground's color. (The eighth was
+/// tuned by experiment.)
 ///
 /// layers    on the photo's lattice
 /// rims      result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
@@ -20203,7 +20297,7 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims, float con
             std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });
         if (rim == rims.end() || rim->position != position)
             raise(error_code::mismatch, "restore_rims", "a rim for position " + std::to_string(position),
-                  std::to_string(rims.size()) + " rims without it");
+                  std::to_string(rims.size()) + " rims, none at this position");
         marked.push_back({i, &*rim});
     });
     for (const auto& [pixel, rim] : marked) {
@@ -20296,7 +20390,7 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
                    std::to_string(box.width) + " x " + std::to_string(box.height) + " at (" + std::to_string(box.x) + ", " +
                    std::to_string(box.y) + "), or not assigned to it by chart_of");
     }
-    if (count != g.size()) refuse("charts of " + std::to_string(count) + " pixels");
+    if (count != g.size()) refuse("charts with " + std::to_string(count) + " pixels in total");
 }
 
 }}  // namespace ldi
@@ -20393,7 +20487,7 @@ private:
         float lowest = 0, highest = 0;
     };
 
-    /// Returns the binary logarithm of a cell's side length. A cell is so large that the window of a pixel overlaps at most two
+    /// Returns the binary logarithm of a cell's side length. Cells are so large that the window of a pixel overlaps at most two
     /// cells along each axis.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
@@ -20484,7 +20578,7 @@ private:
         return right_ - x < cap_x_ && x - left_ < cap_x_ && bottom_ - y < cap_y_ && y - top_ < cap_y_;
     }
 
-    /// Queues a contested pixel, once per chart: a chart that cannot accept it now cannot accept it later.
+    /// Queues a contested pixel, at most once per chart: a chart that rejects a pixel once would also reject it later.
     void wait(std::int32_t pixel) {
         const std::int32_t mark = -2 - current_;
         if (chart_of(pixel) == mark) return;
@@ -20499,7 +20593,7 @@ private:
         return farness < 0.0F ? 0 : farness < nearest_float(levels - 1) ? static_cast<std::int32_t>(farness) : levels - 1;
     }
 
-    /// Removes the nearest contested pixel from the queue; returns no_pixel if none is left.
+    /// Removes the nearest contested pixel from the queue and returns it, or no_pixel if the queue is empty.
     std::int32_t nearest_contested() {
         for (; nearest_ < levels; ++nearest_) {
             buffer<std::int32_t>& here = waiting_[static_cast<std::size_t>(nearest_)];
@@ -20612,9 +20706,9 @@ private:
 // generation). The algorithm visits pixels in order. Each pixel without a chart becomes the seed of a new one, which grows
 // breadth-first along links under the paper's three constraints:
 //     1. No overlap: a chart has at most one pixel per lattice position.
-//     2. The bounding box is limited, so that charts pack well.
-//     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
-//        surfaces. Pixels within this distance go to another chart.
+//     2. The size of the bounding box is limited, so that charts pack well.
+//     3. Near the end of a surface, the chart must not contain pixels of other surfaces, so that texture filtering never mixes
+//        two surfaces. Such pixels go to another chart.
 // Constraints 1 and 3 can exclude only contested pixels: those near the end of a surface, and those at a position with several
 // pixels. Contested pixels join a chart after all others, nearest first. This keeps the surface that the photo shows in one
 // piece; only the surfaces behind it are divided. (In plain breadth-first order, the background's hidden part would reach the end
@@ -20642,8 +20736,8 @@ struct chart_options {
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if an invariant of
-/// a view's graph does not hold, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and positions.
+/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if `layers` is
+/// a view whose graph violates an invariant, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and positions.
 /// If the boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times with the
 /// default max_side. Memory is up to 25 bytes per pixel, 6 per position of the lattice, and 120 per chart.
 template <has_columns<disparity_column> Layers>
@@ -20673,8 +20767,9 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
 }}  // namespace ldi
 
 // ---- ldi/texture/packing.hpp
-// Packs rectangles into one or several sheets with a tree that splits free rectangles (paper, section "Texture Atlas Generation",
-// Packing; after blackpawn.com/texts/lightmaps). The caller chooses the unit; the atlas packs in JPEG macroblocks.
+// Packs rectangles on one or several sheets with a tree that splits free rectangles (paper, section "Texture Atlas Generation",
+// Packing; method of blackpawn.com/texts/lightmaps). The caller chooses the unit of lengths. make_atlas() uses JPEG
+// macroblocks.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -20702,7 +20797,7 @@ class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
 
-    /// Inserts a rectangle; returns false if there is no room.
+    /// Inserts a rectangle and sets `corner` to its position. Returns false if no free leaf is large enough.
     ///
     /// size  1 or more in each direction
     bool insert(rectangle_size size, rectangle_corner& corner) {
@@ -20824,14 +20919,15 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         return true;
     };
     const double side = std::sqrt(detail::nearest_double(area));
-    // Tries 30 widths, relative to the side of a square sheet without waste. On 17 photos with depth maps, they leave 2.8 % of
-    // the sheet empty and cost 0.1 ms. A step twice as large leaves 3.5 % empty, and a step half as large 2.6 %. The range 0.85
-    // to 1.2 leaves 4.4 %, and the square alone 11 %. The range 0.5 to 2 brings no improvement.
+    // Tries 30 widths, relative to the side of a square sheet without waste. On 17 photos with depth maps, this search leaves
+    // 2.8 % of the sheet empty and takes 0.1 ms. A step twice as large leaves 3.5 % empty, and a step half as large 2.6 %. The
+    // range 0.85 to 1.2 leaves 4.4 %, and the square alone 11 %. The range 0.5 to 2 brings no improvement.
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
         const double wanted = std::ceil(side * stretch);
         if (wanted > max_side) continue;
         const std::int32_t width = (std::max)(static_cast<std::int32_t>(wanted), largest.width);
-        // Bisects for the smallest height that works. Success is nearly, but not strictly, monotonic in height.
+        // Finds a small height by bisection. The result may not be the smallest, because a taller sheet occasionally fails
+        // where a lower one succeeds.
         std::int32_t low = (std::max)(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
         const std::int32_t below_best =
             best.corners.empty() ? max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
@@ -20858,9 +20954,9 @@ struct sheet_packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, on sheets of up to max_side x max_side. Starts with the largest, and places each on
-/// the first sheet with enough room. Raises invalid_data for a rectangle without area, and too_large for one that is larger than
-/// a sheet.
+/// Packs all rectangles, each at least 1 x 1, on sheets of up to max_side x max_side. Starts with the largest rectangle, and
+/// places each rectangle on the first sheet with enough free space. Raises invalid_data for a rectangle without area, and
+/// too_large for one that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
@@ -20886,10 +20982,10 @@ inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::
 }}  // namespace ldi
 
 // ---- ldi/texture/padding.hpp
-// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a few
-// texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock padding
-// is also diffused. It fills the rest of every 16 x 16 block that the padded chart touches, because JPEG mixes the colors within
-// a block.
+// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a
+// few texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock
+// padding is also diffused. This padding fills the rest of every 16 x 16 block that the padded chart touches, because JPEG
+// mixes the colors within a block.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -20920,15 +21016,15 @@ struct padding_options {
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp), 0 or more
 };
 
-/// Draws and pads charts one by one, and reuses its memory. One object serves one thread;
-/// several objects may draw charts at the same time if their rectangles share no texel.
+/// Draws and pads charts one by one. Keep an object to reuse its memory. Use one object per thread. Several objects may draw
+/// charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
-    /// g        graph of the layers, a graph or graph_view; everything passed must outlive this object
+    /// g        graph of the layers, a graph or graph_view. All arguments must outlive this object
     /// colors   K x 3
-    /// kind_of  K: photo, refilled or occluded for each pixel
-    /// color    the atlas, H x W x 3
-    /// kind     the atlas, H x W x 1, all `empty` before the first chart
+    /// kind_of  K values: photo, refilled or occluded for each pixel
+    /// color    colors of the atlas, H x W x 3
+    /// kind     kinds of the atlas's texels, H x W x 1; all `empty` before the first chart
     ///
     /// Raises mismatch if sizes do not fit together or an invariant of the graph does not hold.
     template <class Graph>
@@ -20943,16 +21039,19 @@ public:
           height_(static_cast<std::ptrdiff_t>(kind.height())) {
         if (colors.size() != 3 * g.size() || kind_of.size() != g.size() || color.channels() != 3 || kind.channels() != 1 ||
             color.height() != kind.height() || color.width() != kind.width())
-            raise(error_code::mismatch, "chart_padder", "a color and a kind for each pixel, and an atlas of both", "other sizes");
+            raise(error_code::mismatch, "chart_padder",
+                  "a color and a kind for each pixel, and an atlas of H x W x 3 colors and H x W x 1 kinds",
+                  "arrays of other sizes");
         check_topology(g, "chart_padder");
     }
 
     /// Draws and pads a chart.
     ///
-    /// room  the chart's blocks: all four numbers are multiples of 16, and the chart is at least `filter_padding` texels away
-    ///       from every side. Colors of texels that remain empty do not change
+    /// room  the rectangle of blocks that is reserved for the chart. All four numbers are multiples of 16, and the chart is at
+    ///       least `filter_padding` texels away from every side. Texels that remain empty keep their color
     ///
-    /// Raises mismatch for any other room, or if two pixels of the chart have the same position, or a pixel is not in its box.
+    /// Raises mismatch if `room` does not meet these conditions, if two pixels of the chart have the same position, or if a
+    /// pixel lies outside the chart's box.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         check_room(c, placement, room, options.filter_padding);
         draw_own(c, placement);
@@ -20974,7 +21073,7 @@ private:
         };
         if (padding < 1 || !holds(room.x, room.width, placement.x, c.width, stride_) ||
             !holds(room.y, room.height, placement.y, c.height, height_))
-            raise(error_code::mismatch, "chart_padder", "blocks in the atlas with room for a chart and its padding",
+            raise(error_code::mismatch, "chart_padder", "blocks in the atlas that contain the chart and its padding",
                   std::to_string(room.width) + " x " + std::to_string(room.height) + " for a chart of " +
                       std::to_string(c.width) + " x " + std::to_string(c.height));
     }
@@ -21156,13 +21255,14 @@ struct atlas_options {
     std::int32_t max_side = 8192;
 };
 
-/// The texture of a mesh, and the position of each chart in it. make_atlas() makes it.
+/// The texture of a mesh, and the position of each chart in this texture; the result of make_atlas().
 struct texture_atlas {
     image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray outside charts
     image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
     float fill = 0;                      ///< fraction of texels that belong to a pixel of the layered image
-    /// Thickness of the filter padding around charts, in texels. Hems and soft edges of the mesh get their colors from it.
+    /// Thickness of the filter padding around charts, in texels. Hems and soft edges of the mesh have the colors of this
+    /// padding.
     std::int32_t filter_padding = padding_options{}.filter_padding;
 };
 
@@ -21188,12 +21288,12 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit, or for a chart larger than max_chart_box; invalid_option for
-/// an option outside its range; and mismatch if an invariant of a view's graph does not hold, for charts that do not belong to
-/// `layers`, or that have two pixels at one position. Time is linear in pixels and texels, except for packing, whose time is
-/// proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32 bytes per pixel and per
-/// texel, and 4 per position of the lattice.
+/// Packs, draws and pads all charts. Every pixel of `layers` must have a color. known_column marks the photo's own colors, and
+/// affects only `kind`. Raises too_large if the charts do not fit in the atlas, or if a chart is larger than max_chart_box;
+/// invalid_option for an option outside its range; and mismatch if `layers` is a view whose graph violates an invariant, if the
+/// charts do not belong to `layers`, or if a chart has two pixels at one position. Time is linear in pixels and texels, except
+/// for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32
+/// bytes per pixel and per texel, and 4 per position of the lattice.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -21283,7 +21383,8 @@ struct sheet_scale {
     double in_layers(double place) const {
         return place * detail::nearest_double(layers) / detail::nearest_double(photo) + margin;
     }
-    /// Returns the pixel of the layered image that contains the center of a photo pixel. It may lie outside the layered image.
+    /// Returns the pixel of the layered image that contains the center of a photo pixel. The result may lie outside the layered
+    /// image.
     std::int32_t pixel_of(std::int64_t photo_pixel) const {
         return static_cast<std::int32_t>(floored((2 * photo_pixel + 1) * layers, 2 * photo)) + margin;
     }
@@ -21303,7 +21404,7 @@ struct sheet_placement {
     std::int32_t photo_x = 0, photo_y = 0;  ///< photo pixel at the room's top left texel; may lie outside the photo
 };
 
-/// The sheets of a mesh, and the place of each chart on them. lay_out_sheets() makes it.
+/// The sheets of a mesh, and the position of each chart on them; the result of lay_out_sheets().
 struct sheet_layout {
     sheet_scale across, down;
     std::int32_t padding = 0;
@@ -21318,7 +21419,7 @@ struct sheet_layout {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Source of the colors inside a pixel of the layered image.
+/// Source of the texels' colors inside a pixel of the layered image.
 enum class sheet_source : std::uint8_t {
     atlas,
     photo,
@@ -21509,8 +21610,8 @@ private:
     /// color onto the direction to the neighbor's color, and subtracts this projection. The remaining difference is the texture
     /// of the surface.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
-        // Does not remove contributions that are as small as noise, or that come from a neighbor with a similar color. The
-        // thresholds were tuned by experiment.
+        // Keeps contributions that are as small as noise, or that come from a neighbor with a similar color. The thresholds
+        // were tuned by experiment.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;
@@ -21540,10 +21641,10 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/texture/sheets.hpp
-// Full-size textures. Depth has less detail than the photo, so layered images stay small: at the photo's size they would cost
-// time and memory without a gain. Only textures gain from the full size. draw_sheet() redraws the charts with visible pixels on
-// separate sheets, with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft
-// edges. Sheets are drawn one at a time, so that only one must be in memory.
+// Full-size textures. Depth has less detail than the photo, so layered images are smaller than the photo: at the photo's size,
+// they would take more time and memory without looking better. Only textures benefit from the full size. draw_sheet() redraws
+// the charts with visible pixels on separate sheets, with one texel per pixel of the photo. The atlas remains the texture of
+// completely hidden charts and of soft edges. Callers draw one sheet at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
@@ -21581,7 +21682,7 @@ inline void check_room(const atlas_rectangle& room, rectangle_size sheet) {
     if (room.x < 0 || room.y < 0 || room.width < 0 || room.height < 0 || std::int64_t{room.x} + room.width > sheet.width ||
         std::int64_t{room.y} + room.height > sheet.height)
         raise(error_code::mismatch, "sheets",
-              "a place on a sheet of " + std::to_string(sheet.width) + " x " + std::to_string(sheet.height),
+              "a rectangle on a sheet of " + std::to_string(sheet.width) + " x " + std::to_string(sheet.height),
               std::to_string(room.width) + " x " + std::to_string(room.height) + " at (" + std::to_string(room.x) + ", " +
                   std::to_string(room.y) + ")");
 }
@@ -21596,8 +21697,8 @@ inline void check_place(const sheet_layout& layout, std::size_t c, const chart& 
 
 }  // namespace detail
 
-/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is no such
-/// size, and invalid_option unless the scale is above 0.
+/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if this size would be
+/// below 16, and invalid_option unless the scale is above 0.
 ///
 /// scale  pixels of the photo per pixel of the layered image, on the axis where this ratio is larger
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
@@ -21611,14 +21712,14 @@ inline std::int32_t max_chart_side(double scale, const sheet_options& options = 
     return static_cast<std::int32_t>((std::min)(side, 1e6));
 }
 
-/// Allocates room on a sheet, at the photo's resolution, for every chart with a pixel that the photo shows.
+/// Allocates a rectangle on a sheet, at the photo's resolution, for every chart with a pixel that the photo shows.
 ///
 /// layers                     known_column marks the pixels that the photo shows
 /// charts, atlas              made from these layers
 /// photo_height, photo_width  size of the photo for draw_sheet()
 ///
-/// Raises invalid_option for invalid sheet_options, mismatch if inputs don't fit together, too_large for a chart that fits on no
-/// sheet, or for a side of the photo above 2^30.
+/// Raises invalid_option for invalid sheet_options, mismatch if inputs don't fit together, and too_large for a chart that fits
+/// on no sheet, or for a side of the photo above 2^30.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
                             std::size_t photo_width, const sheet_options& options = {}) {
@@ -21628,8 +21729,9 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     const auto& g = layers.topology();
     check_charts(charts, g, "lay_out_sheets");
     if (options.margin < 0 || 2 * std::int64_t{options.margin} >= (std::min)(g.width(), g.height()))
-        raise(error_code::mismatch, "lay_out_sheets", "a lattice with a photo inside its margin",
-              std::to_string(g.width()) + " x " + std::to_string(g.height()) + ", " + std::to_string(options.margin));
+        raise(error_code::mismatch, "lay_out_sheets", "a lattice larger than twice the margin, which is at least 0",
+              std::to_string(g.width()) + " x " + std::to_string(g.height()) + " with a margin of " +
+                  std::to_string(options.margin));
     if (atlas.placements.size() != charts.charts.size())
         raise(error_code::mismatch, "lay_out_sheets", "an atlas of " + std::to_string(charts.charts.size()) + " charts",
               std::to_string(atlas.placements.size()) + " charts");
@@ -21750,7 +21852,7 @@ inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { r
 
 /// Returns one byte per pixel: bit s is set if side s of the pixel has no neighbor in the same chart.
 ///
-/// g         invariants hold
+/// g         a graph whose invariants hold
 /// chart_of  one chart per pixel
 ///
 /// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order.
@@ -21762,7 +21864,8 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     const std::int32_t *const g_right = g.right().data(), *const g_down = g.down().data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
-    // Most runs of `stretch` pixels belong to one chart and lie above a run of the same chart. They need no branch per pixel.
+    // Most runs of `stretch` pixels belong to one chart and lie above a run of the same chart. Such runs need no branch per
+    // pixel.
     constexpr std::int32_t stretch = 16;
     std::int32_t i = 0;
     while (i < count) {
@@ -21880,7 +21983,8 @@ public:
     }
 
 private:
-    /// Turns from side `e` around its pixel with `first`, and into each next pixel with `then`, up to the next boundary side.
+    /// Finds the boundary side next to side `e`. `first` selects the side after `e` in the same pixel. After each step into a
+    /// neighboring pixel, `then` selects the side to test there.
     template <int (*first)(int), int (*then)(int), class Visitor>
     pixel_side turn(pixel_side e, Visitor&& visit) const {
         visit(e.pixel);
@@ -21930,9 +22034,9 @@ struct outline_step {
     bool reversed;
 };
 
-/// Outlines of all charts. Each chart has one or more loops, outer loops clockwise as seen in the photo and holes
-/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part of
-/// the chart that meets there.
+/// Outlines of all charts. Each chart has one or more loops. Outer loops run clockwise as seen in the photo, and holes
+/// counter-clockwise, so the chart always lies to the right. Where an outline touches itself, it visits the corner once for
+/// each part of the chart that meets there.
 struct chart_outlines {
     buffer<outline_corner> corners;
     buffer<boundary_piece> pieces;
@@ -21954,12 +22058,13 @@ struct chart_outlines {
 /// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order, or if the arguments don't fit
 /// together; and too_large for a chart larger than max_chart_box.
 chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Does the same for a view of a graph. Also raises mismatch if the view violates an invariant of `graph`, even in release
+/// builds.
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
-/// Traces the pieces one by one, and then connects them to loops. Each piece is traced once, for both of its charts.
+/// Traces the pieces one by one, and then connects them into loops. Traces each piece once, for both of its charts.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
@@ -22043,8 +22148,8 @@ private:
         return on_border ? -2 - e.side : no_chart;
     }
 
-    /// Returns the signed area between a piece and the y axis: its contribution to the area of a loop that runs forward through
-    /// it.
+    /// Returns the signed area between a piece and the y axis: the piece's contribution to the area of a loop that runs forward
+    /// through it.
     std::int64_t area_swept(const boundary_piece& piece) const {
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
@@ -22226,7 +22331,7 @@ inline plane_vector outward_normal(const outline_corner& from, const outline_cor
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A corner between pixels: the vertex of a polygon.
+/// A vertex of a polygon: a corner between pixels.
 struct lattice_point {
     std::int32_t x, y;  ///< within +-2^16
 
@@ -22263,15 +22368,15 @@ inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
     return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
 }
 
-/// Number of bits of a vertex in polygon_event().
+/// Number of bits that polygon_event() uses for a vertex index.
 inline constexpr int polygon_vertex_bits = 28;
 inline constexpr std::int32_t max_polygon_vertices = 1 << polygon_vertex_bits;
 
 /// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 18, 18 and 28 bits.
 ///
-/// This suffices for every chart. Coordinates are 0 to max_chart_box. Each vertex is the first corner of a pixel side (clockwise
-/// around the pixel), and no two vertices share a side. The bounding box has at most max_chart_box^2 pixels with four sides each,
-/// so a chart has at most 4 max_chart_box^2 = 2^28 vertices.
+/// 28 bits suffice for the vertices of every chart. Coordinates are 0 to max_chart_box. Each vertex is the first corner of a
+/// pixel side (clockwise around the pixel), and no two vertices share a side. The bounding box has at most max_chart_box^2
+/// pixels with four sides each, so a chart has at most 4 max_chart_box^2 = 2^28 vertices.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
     constexpr std::int32_t offset = 1 << 17;
     const std::int64_t event =
@@ -22298,8 +22403,8 @@ struct simplify_options {
     /// Maximum distance of a corner from the simplified boundary, in pixels, at least 0. With 0, only corners on straight lines
     /// are dropped.
     float tolerance = 1.0F;
-    /// Maximum difference in disparity between a corner and the simplified boundary, at least 0, so that a boundary bends where
-    /// its surface bends.
+    /// Maximum difference in disparity between a corner and the simplified boundary, at least 0. This limit makes a boundary
+    /// bend where its surface bends.
     float disparity_tolerance = 0.01F;
     /// Maximum shift of the texture, in pixels, above 0, that perspective-correct rendering may cause along an edge. Edges with a
     /// larger shift are split (depth_range::texture_shift).
@@ -22325,8 +22430,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// For every piece of a boundary, the indices of the corners that simplification keeps, from the piece's start to its end,
-/// including both. split() refines individual edges if a simplified outline would cross itself.
+/// For every piece of a boundary, the indices of the corners that simplification keeps, from the piece's start to its end, both
+/// included. split() refines individual edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0, and mismatch for a piece with corners that
@@ -22386,7 +22491,8 @@ inline void douglas_peucker(const buffer<outline_corner>& points, const simplify
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
-    // Even with a tolerance of 0, points on the segment are dropped. The minimum allows for the rounding errors below.
+    // A tolerance of 0 also drops points on the segment. The minimum of 1e-3 absorbs the rounding errors of the distances
+    // computed below.
     const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
     const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, points.count() - 1});
@@ -22435,8 +22541,8 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
     for (const boundary_piece& p : outlines.pieces) {
         if ((std::min)({p.start, p.end, p.first_inner, p.inner_count}) < 0 || (std::max)(p.start, p.end) >= count ||
             p.inner_count > count - p.first_inner)
-            raise(error_code::mismatch, "simplified_boundary", "pieces of " + std::to_string(count) + " corners",
-                  "other indices");
+            raise(error_code::mismatch, "simplified_boundary", "pieces with indices of " + std::to_string(count) + " corners",
+                  "an index out of range");
         const auto inner = outlines.corners.begin() + p.first_inner;
         points.assign(1, corner(p.start));
         points.insert(points.end(), inner, inner + p.inner_count);
@@ -22517,12 +22623,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Options of make_studs().
 struct stud_options {
     /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. A smaller distance or
-    /// tolerance means more triangles and a smaller error; both were tuned by experiment.
+    /// disparity_tolerance results in more triangles and a smaller error. Both were tuned by experiment.
     std::int32_t spacing = 24;
     /// Maximum error of disparity interpolated between two vertices along a stud or row, at least 0.
     float disparity_tolerance = 0.006F;
-    /// Minimum distance in pixels from a vertex to other charts and surfaces, and from a single vertex to a stud; 1 to 64.
-    /// It must be larger than the tolerance of outlines, so that studs keep clear of simplified outlines.
+    /// Minimum distance in pixels from a vertex to other charts and surfaces, and from a single vertex to a stud; 1 to 64. The
+    /// clearance must be larger than the tolerance of outlines, so that studs stay away from simplified outlines.
     std::int32_t clearance = 4;
     /// Maximum shift of the texture over a triangle when it is drawn, in pixels, above 0 (depth_range::texture_shift). On slanted
     /// surfaces this moves studs and their vertices closer together, but not closer than twice the clearance.
@@ -22874,8 +22980,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: in the pixel's row, at least
-/// `clearance` pixels to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
+/// Checks the surroundings of a pixel's left side. Precondition of all checks: in the pixel's row, at least `clearance` pixels
+/// to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
@@ -22883,7 +22989,7 @@ public:
     outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
         : g_(g), sides_(sides), clearance_(clearance) {}
 
-    /// Whether the chart ends above any pixel of the row within the clearance.
+    /// Whether the chart ends directly above any of the pixels that lie in the row of `pixel` and within the clearance.
     bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
 
     /// Whether the chart contains the `clearance` rows that start at the row of `pixel` and continue toward side `s` (0 up, 2
@@ -22901,7 +23007,7 @@ public:
     }
 
 private:
-    /// Returns the union of the boundary sides of all pixels of the row within the clearance.
+    /// Returns the union of the boundary sides of all pixels in the row of `pixel` within the clearance.
     std::uint8_t sides_around(std::int32_t pixel) const {
         const std::uint8_t* at = sides_.data() + (pixel - clearance_);
         const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
@@ -22985,12 +23091,12 @@ public:
     }
 
 private:
-    /// Returns the spacing between studs at which nine tenths of the chart's texture shifts by at most texture_tolerance. If the
-    /// limit held for the whole texture, a single crease would determine the spacing. Nine tenths was tuned by experiment.
+    /// Returns the spacing between studs at which nine tenths of the chart's texture shift by at most texture_tolerance. If the
+    /// limit applied to the whole texture, a single crease would determine the spacing. The fraction was tuned by experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing (up to 24 pixels) differs on average by only
-        // 0.4 pixels from the spacing with 16,000 slopes, which takes eight times as long to compute. Each slope spans 8 pixels,
-        // and slopes start at least 61 pixels apart; both numbers were tuned by experiment.
+        // About a thousand slopes suffice. On 121 charts of 17 photos, the spacing (up to 24 pixels) differs on average by only
+        // 0.4 pixels from the spacing with 16,000 slopes, whose computation takes eight times as long. Each slope spans 8
+        // pixels, and slopes start at least 61 pixels apart. Both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -23059,7 +23165,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Converts samples to studs, chart by chart.
+/// Converts the samples of stud_sampler to studs, chart by chart.
 class stud_placer {
 public:
     stud_placer(const stud_sampler& sampled, const stud_options& options, const depth_range& range)
@@ -23177,8 +23283,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// in integer arithmetic.
 ///
 /// points  of the triangulated polygon
-/// t       as triangulator makes it
-/// stack   working memory
+/// t       triangulation from triangulator; changed in place
+/// stack   working memory; pass the same buffer again to reuse its memory
 ///
 /// Raises mismatch for an index that `points` or `t` does not have, and for half-edges that are not each other's mates.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
@@ -23195,8 +23301,8 @@ inline void check_triangulation(std::size_t points, const triangulation& t) {
         is_sound = t.triangles[h] < points && (m == -1 || (m >= 0 && m < count && m / 3 != h / 3 && t.mates[m] == h));
     }
     if (!is_sound)
-        raise(error_code::mismatch, "flip_to_delaunay", "a triangulation of " + std::to_string(points) + " points",
-              "other indices");
+        raise(error_code::mismatch, "flip_to_delaunay", "a consistent triangulation of " + std::to_string(points) + " points",
+              "an index out of range, or half-edges that are not mates of each other");
 }
 
 /// Replaces the edge of half-edge h, between triangles a b c and b a d, with the edge c d.
@@ -23295,8 +23401,8 @@ struct waiting_chain {
     std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
 };
 
-/// Stores the vertices and links of all chains, and adds the triangles that it cuts off to the caller's triangulation. Keep an
-/// object to reuse its memory.
+/// Stores the vertices and links of all chains. Adds the triangles that are cut off from chains to the caller's triangulation.
+/// Keep an object to reuse its memory.
 class waiting_chains {
 public:
     void clear() { nodes_.clear(), open_sides_.clear(); }
@@ -23307,7 +23413,7 @@ public:
         return {only, only, only};
     }
 
-    /// Adds a link: a placeholder for an inner edge until both of its triangles are known. Edges of the polygon itself have link
+    /// Adds a link: a placeholder for an inner edge until both of its triangles are known. The polygon's own edges have link
     /// -1.
     std::int32_t add_link() { return add_link(-1); }
 
@@ -23417,8 +23523,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The reason why a polygon cannot be triangulated: some of these edges cross or touch where they must not. The first vertex of
-/// each edge identifies it.
+/// Edges that prevent the triangulation of a polygon: some of them cross or touch where they must not. The first vertex of an
+/// edge identifies the edge.
 struct polygon_conflict {
     buffer<std::int32_t> edges;
 };
@@ -23495,7 +23601,8 @@ inline void triangulator::check(const polygon& shape) {
     const auto is_index = [&](std::int32_t next) { return next >= -1 && next < static_cast<std::int32_t>(count); };
     if (shape.next.size() != count || shape.outline_count < 0 || static_cast<std::size_t>(shape.outline_count) > count ||
         !std::all_of(shape.next.begin(), shape.next.end(), is_index))
-        raise(error_code::mismatch, "triangulator", "a polygon of " + std::to_string(count) + " vertices", "other indices");
+        raise(error_code::mismatch, "triangulator", "`next` and outline_count for " + std::to_string(count) + " vertices",
+              "another size of `next`, or an index out of range");
 }
 
 inline void triangulator::collect_events(const polygon& shape) {
@@ -23516,7 +23623,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
     return std::nullopt;
 }
 
-/// Counts the edges that end here and records those that begin.
+/// Counts the edges that end at the point and records those that begin there.
 inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon& shape, swept_point& p) {
     starting_.clear();
     for (std::size_t event = p.first_event; event < p.last_event; ++event) {
@@ -23683,32 +23790,33 @@ struct chart_mesh {
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen
 };
 
-/// Results of all steps before lifting, for inspection and tests.
+/// Results of all steps before the vertices are lifted to their depth, for inspection and tests.
 struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
-    /// Corners of simplified outline pieces that border on only one chart: those of piece p are
-    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Pieces between two charts have no entries.
+    /// Kept corners of the outline pieces that border only one chart, as indices in chart_outlines::corners. Piece p has the
+    /// entries open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Pieces between two charts have no entries.
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
 /// Triangulates every chart in the plane.
 ///
 /// layers  in canonical order, with finite disparities
-/// range   distances at disparity 1 and 0
+/// range   distances of surfaces at disparity 1 and 0; 0 < z_near <= z_far
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if the charts are not a partition of the
-/// pixels, if a right neighbor is not the next pixel, as it is in canonical order, or if a chart has two pixels at one position;
-/// invalid_data for disparities that are not finite; and too_large for a bounding box above max_chart_box.
+/// Raises invalid_option for an option or a range out of bounds; mismatch if `layers` is a view whose graph violates an
+/// invariant, if the charts are not a partition of the pixels, if a right neighbor is not the next pixel, as it is in canonical
+/// order, or if a chart has two pixels at one position; invalid_data for disparities that are not finite; and too_large for a
+/// bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
 
 namespace detail {
 
-/// Checks and triangulates charts one after the other.
+/// Checks the outlines of charts for crossings and triangulates the charts, one chart per call.
 class chart_mesher {
 public:
     chart_mesher(flat_mesh& flat, const simplified_boundary& boundary, const chart_set& charts)
@@ -23833,10 +23941,10 @@ public:
     outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
         : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts
-    /// on both sides again. The repair terminates, because fully detailed outlines never cross. The triangulation makes the
-    /// final decision, but it stops at the first conflict. Most crossings are therefore found by crossing_finder and repaired
-    /// before the triangulation.
+    /// Sets flat.charts. A simplified outline can cross itself. This function then splits the affected edges and checks the
+    /// charts on both sides again. The repair terminates, because outlines with all their corners never cross. The triangulator
+    /// detects all crossings, but it stops at the first one. crossing_finder therefore finds most crossings before the
+    /// triangulation.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
@@ -23865,7 +23973,7 @@ private:
         });
     }
 
-    /// Makes the splits that the charts in `indices` requested, and returns the charts on both sides of the split edges.
+    /// Performs the splits that the charts in `indices` requested, and returns the charts on both sides of the split edges.
     buffer<std::int32_t> split(const buffer<std::int32_t>& indices) {
         buffer<boundary_split> splits;
         for (std::int32_t c : indices) splits.insert(splits.end(), to_split_[c].begin(), to_split_[c].end());
@@ -23953,7 +24061,7 @@ public:
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), nearest_float(max_width));
     }
 
-    /// Returns one hem per entry of flat_mesh::open_corners. Most hems are empty. If facts.motion is 0, all are.
+    /// Returns one hem per entry of flat_mesh::open_corners. Most hems are empty. If facts.motion is 0, all hems are empty.
     buffer<hem> find() {
         buffer<hem> result(flat_.open_corners.size());
         if (!(parallax_ > 0)) return result;
@@ -23967,8 +24075,8 @@ public:
 
 private:
     /// Maximum difference in disparity between a hem and the nearer surface in front of it, as a multiple of
-    /// surface_rule::max_step; tuned by experiment. A camera sees past a hem if the parallax of this difference exceeds the hem's
-    /// width, so narrow hems lie closer to the nearer surface.
+    /// surface_rule::max_step; tuned by experiment. A camera sees past a hem if the parallax of this difference exceeds the
+    /// hem's width, so a narrow hem must lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
     static_assert(mesh_pixels >= 2.0F * simplify_options{}.tolerance &&
                   mesh_disparity >= simplify_options{}.disparity_tolerance + stud_options{}.disparity_tolerance);
@@ -24061,8 +24169,8 @@ private:
         return farthest;
     }
 
-    /// Returns the outer end of the hem at a corner. The hem extends outward across nearer surfaces of similar depth, at most by
-    /// width_. Its outer end lies behind these surfaces.
+    /// Returns the outer end of the hem at a corner. The hem extends outward behind nearer surfaces of similar depth, by at
+    /// most width_. Its outer end is farther away than these surfaces.
     hem hem_of(const end& e) const {
         hem result;
         float reach = 0;
@@ -24161,7 +24269,7 @@ struct soft_edge_strip {
     std::size_t vertex_count() const { return opacity.size(); }
 };
 
-/// Start of the vertices and triangles that use one of several textures. They end at the start of the next part.
+/// Start of the vertices and triangles that use one of several textures. A part ends at the start of the next one.
 struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
@@ -24177,7 +24285,7 @@ struct textured_mesh {
     /// V x 3, in the unit of depth_range; x right, y up. The photo's camera is at the origin and looks along -z.
     buffer<float> positions;
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex (at `inner` for a hem)
+    buffer<std::int32_t> pixels;        ///< V; a pixel with a corner at the vertex (outer end of a hem: at its inner end)
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty if edges are hard
     /// Part t uses texture t. Parts share no vertices; a part may have no triangles. If empty, the whole mesh uses one texture.
@@ -24224,18 +24332,18 @@ void check_triangles(const Mesh& mesh) {
 inline void check_hems(const textured_mesh& mesh) {
     for (const hem_vertex& h : mesh.hem_vertices)
         if ((std::max)(h.outer, h.inner) >= mesh.vertex_count())
-            raise(error_code::invalid_data, "mesh", "hems between vertices below " + std::to_string(mesh.vertex_count()),
+            raise(error_code::invalid_data, "mesh", "vertex indices of hems below " + std::to_string(mesh.vertex_count()),
                   std::to_string(h.inner) + " and " + std::to_string(h.outer));
 }
 
 }  // namespace detail
 
-/// Checks a mesh, for example after the caller changed it. Writers and renderers call this function, too. Raises mismatch unless
-/// the mesh has as many texture coordinates as vertices and uses `textures` textures. Raises invalid_data for coordinates that
-/// are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of other parts. Linear
-/// time.
+/// Checks a mesh, for example after the caller changed it. Writers and renderers also call this function. Raises mismatch
+/// unless the mesh has as many texture coordinates as vertices and uses `textures` textures. Raises invalid_data for
+/// coordinates that are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of
+/// other parts. Time is linear.
 ///
-/// textures  number of textures; mesh.part_count() if any number is valid
+/// textures  number of textures; pass mesh.part_count() to accept any number
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     detail::check_triangles(mesh);
     detail::check_triangles(mesh.soft_edges);
@@ -24263,9 +24371,9 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
 // ---- ldi/mesh/detail/soft_edges.hpp
 // Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. The strip starts half opaque at the edge
 // of the mesh, and fades out over a pixel or two at the same depth. Its colors come from the padding of the atlas, which
-// continues the surface. Where the photo's foreground colors extend farther, as with hair, the matte
-// (inpaint/mixed_colors.hpp) makes the strip wider. Zitnick et al., High-Quality Video View Interpolation Using a Layered
-// Representation (SIGGRAPH 2004), blend such strips.
+// continues the surface. Where the photo's foreground colors extend farther, as with hair, the matte (inpaint/mixed_colors.hpp)
+// makes the strip wider. The method is similar to that of Zitnick et al., High-Quality Video View Interpolation Using a Layered
+// Representation (SIGGRAPH 2004).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -24288,7 +24396,7 @@ public:
                       const depth_range& range, const soft_edge_options& options)
         : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
 
-    /// Selects the silhouette edges that get a strip: the `count` edges with the largest steps in disparity.
+    /// Selects the silhouette edges that have a strip: the `count` edges with the largest steps in disparity.
     void choose(std::size_t count) {
         buffer<float> steps;
         min_step_ = 0;
@@ -24330,8 +24438,8 @@ private:
         float disparity;
         std::uint32_t a, b, outer_a, outer_b;
     };
-    /// Opacity at the edge of the mesh, where the surface covers half of a pixel. Higher values thicken outlines: on the views
-    /// of bench/quality, 255 costs 0.8 dB within two pixels of the outlines.
+    /// Opacity at the edge of the mesh, where the surface covers half of a pixel. Higher values thicken outlines: in the views
+    /// of bench/quality, a value of 255 lowers PSNR by 0.8 dB within two pixels of the outlines.
     static constexpr std::uint8_t opacity_at_edge = 128;
     static constexpr std::uint32_t no_vertex = ~std::uint32_t{0};
 
@@ -24607,7 +24715,7 @@ private:
     /// Adds the texture coordinates and the pixel of a vertex.
     ///
     /// to_atlas  offset from the lattice to texels
-    /// beyond    outer end of the hem, for a vertex of a hem
+    /// beyond    the hem, if the vertex is its outer end; empty otherwise
     void add_texture(const outline_corner& corner, std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder,
                      const hem& beyond = {}) {
         mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas[0]) + beyond.x) * u_scale_);
@@ -24617,9 +24725,9 @@ private:
 
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
         const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
-        // Hems may lie behind the farthest surface, by a disparity of 0.2 * surface_rule::max_step (hem_finder::gap). With the
-        // default rule and range, their inverse depth is at least 0.91 times that of disparity 0. The minimum below takes effect
-        // with other rules and ranges.
+        // The disparity of a hem may be below that of the farthest surface, by up to 0.2 * surface_rule::max_step
+        // (hem_finder::gap). With the default rule and range, the inverse depth of hems is at least 0.91 times that of
+        // disparity 0. The minimum below only takes effect with other rules and ranges.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
@@ -24627,8 +24735,8 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// Lifts each corner once and copies its position afterward, so that charts meet exactly, even if the compiler changes float
-    /// arithmetic.
+    /// Lifts each corner once and copies its position afterward. Charts then meet exactly, even if the compiler evaluates the
+    /// same float expression differently in two places.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
         if (first_coordinate < 0) {
@@ -24664,19 +24772,21 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// layers  in canonical order. Disparities above 1 count as 1. Negative disparities lie behind disparity 0, but their inverse
 ///         depth is clamped to at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte
 ///         column. Where a hidden surface ends at a nearer one of similar depth, a strip extends the hidden surface behind the
-///         nearer one, by at most as many pixels as the atlas's padding has texels. If the tolerances are no larger and the
-///         padding no smaller than their defaults, cameras within facts.motion see almost no gaps (bench/quality/README.md)
-/// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
+///         nearer one, by at most as many pixels as the atlas's padding has texels. Cameras within facts.motion see almost no
+///         gaps (bench/quality/README.md), unless a tolerance is larger or the padding smaller than its default
+/// facts   the photo's camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule (max_step at
+///         least 0) and motion (finite, at least 0)
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if inputs don't fit together, or if there are
-/// charts and the atlas has no pixels, or a chart lies outside the atlas; invalid_data for disparities that are not finite; and
-/// too_large for a chart with a bounding box above max_chart_box.
+/// Raises invalid_option for options or facts out of range; mismatch if `layers` is a view whose graph violates an invariant,
+/// if the inputs don't fit together, if there are charts but the atlas has no pixels, or if a chart lies outside the atlas;
+/// invalid_data for disparities that are not finite; and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
-/// with many edges across one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and
+/// charts with many edges across one scanline. The function allocates about 30 bytes per pixel, and up to 100 if most surfaces
+/// are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
@@ -24743,13 +24853,13 @@ struct corner_pixels {
     std::size_t count = 0;
 };
 
-/// Collects the pixels that share the corner (x, y): first `pixel` itself, then those that links around the corner connect to it.
-/// The result is empty if `pixel` does not touch the corner.
+/// Collects the pixels that share the corner (x, y): first `pixel` itself, then the pixels that are connected to it by links
+/// around the corner. The result is empty if `pixel` does not touch the corner.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, float x, float y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
     const float dx = x - nearest_float(g.x()[pixel]), dy = y - nearest_float(g.y()[pixel]);
-    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // true for NaN, too
+    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // also true for NaN
     add(pixel);
     const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
     const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
@@ -24763,15 +24873,15 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 
 }  // namespace detail
 
-/// Returns V x channels scalars: at each vertex, the column's `at_vertex` rule combines the surrounding pixels of the vertex's
-/// surface. The outer end of a hem has the values of its inner end.
+/// Returns V x channels scalars. At each vertex, the column's `at_vertex` rule combines the values of the surrounding pixels of
+/// the vertex's surface. The outer end of a hem has the values of its inner end.
 ///
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if an invariant of a view's graph does not hold, if the mesh refers to pixels outside the layers, or if a
-/// vertex does not project to a corner of its pixel, because it was moved or belongs to another camera; and invalid_data for hems
-/// outside the mesh. Time is linear.
+/// Raises mismatch if `layers` is a view whose graph violates an invariant, if the mesh refers to pixels outside the layers, or
+/// if a vertex does not project to a corner of its pixel, because it was moved or belongs to another camera; and invalid_data
+/// for hems with vertex indices outside the mesh. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
@@ -24842,8 +24952,8 @@ public:
     }
 
 private:
-    /// Returns a texture coordinate for an offset from the start of a room. Clamps the offset, because hems may be wider than the
-    /// padding of the room.
+    /// Returns a texture coordinate for an offset from the start of a chart's rectangle on the sheet. Clamps the offset,
+    /// because hems may be wider than the padding inside the rectangle.
     static float on_sheet(double texels, std::int32_t room, std::int32_t room_length, std::int32_t length) {
         return static_cast<float>((room + std::clamp(texels, 0.0, nearest_double(room_length))) / length);
     }
@@ -24884,7 +24994,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     }
     for (const auto& placement : layout.placements)
         if (static_cast<std::size_t>(placement.sheet) >= layout.sizes.size())
-            raise(error_code::mismatch, "move_to_sheets", "sheets below " + std::to_string(layout.sizes.size()),
+            raise(error_code::mismatch, "move_to_sheets", "sheet indices below " + std::to_string(layout.sizes.size()),
                   std::to_string(placement.sheet));
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
@@ -24930,9 +25040,9 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
 //
 // As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
 // edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
-// with even spacing, the error is several times as large for the same number of triangles. Second, extra vertices between
-// the studs mark bends of disparity along evenly spaced rows. Without them, upright shapes narrower than the distance between
-// studs would be lost. They reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
+// with even spacing, the error is several times as large for the same number of triangles. Second, extra vertices between the
+// studs mark bends of disparity along evenly spaced rows. Without these vertices, upright shapes narrower than the distance
+// between studs would be lost. They reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
 // the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
 // outline, so outlines need no extra vertices.
 
@@ -24941,12 +25051,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Places the studs of all charts.
 ///
 /// layers    in canonical order, with finite disparities
-/// range     distances at disparity 1 and 0
+/// range     distances of surfaces at disparity 1 and 0; 0 < z_near <= z_far
 /// charts    a partition of the pixels (make_charts)
 /// outlines  outlines of these charts (trace_outlines)
 ///
-/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold or the arguments don't fit together;
-/// invalid_data for disparities that are not finite; and too_large for a bounding box above max_chart_box.
+/// Raises invalid_option for an option or a range out of bounds; mismatch if `layers` is a view whose graph violates an
+/// invariant, or if the arguments don't fit together; invalid_data for disparities that are not finite; and too_large for a
+/// bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers>
 stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {}) {
@@ -24958,7 +25069,7 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
     detail::check_disparities(disparity, "make_studs");
     if (outlines.boundary_sides != detail::mark_boundary_sides(g, charts.chart_of) ||
         outlines.boundary_pixels != detail::pixels_with_boundary(outlines.boundary_sides))
-        raise(error_code::mismatch, "make_studs", "outlines of these charts", "other outlines");
+        raise(error_code::mismatch, "make_studs", "outlines of these charts", "outlines of other charts");
     return detail::place_studs(g, disparity, range, charts, outlines, options);
 }
 
@@ -25012,8 +25123,8 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
 
 // ---- ldi/render/motion.hpp
 // A single measure for any camera motion away from the photo's viewpoint: sideways, forward, along a path, or with a viewer's
-// head. The measure is the width of the hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
-// (occlusion/expand.hpp).
+// head. The measure is the width of the hidden surface that the motion uncovers. Surfaces behind silhouettes extend by this
+// width (occlusion/expand.hpp).
 //
 // A surface at depth n hides another at depth f. The edge of the front surface appears at p in the photo, in pixels from the
 // middle. A camera at c, which has moved forward by c_forward, sees past that edge by
@@ -25039,9 +25150,9 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 }  // namespace detail
 
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
-/// surface, as a fraction of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
+/// surface, as a fraction of the photo's longer side. Returns infinity if the camera reaches or passes the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    // If the camera moves back, n / (n - c_forward) is at most 1, so 1 is used instead.
+    // If the camera moves back, n / (n - c_forward) is at most 1. The code then uses 1 as an upper bound.
     const float forward = (std::max)(-position[2], 0.0F);
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
@@ -25086,19 +25197,19 @@ enum class camera_path : std::uint8_t {
 /// The defaults were chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes
 /// visible.
 struct path_options {
-    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend only as far as expand_options::motion uncovers
-    /// them, so a larger motion shows gaps.
+    /// Maximum motion of the camera, in [0, 1] (render/motion.hpp). Hidden surfaces extend only as far as
+    /// expand_options::motion uncovers them, so a larger motion shows gaps.
     float motion = 0.08F;
     /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
     float focus_disparity = window_disparity;
-    /// zoom_in and dolly_zoom: distance to travel, as a fraction of the distance to the nearest surface; below 1. `motion` may
-    /// limit the distance further.
+    /// zoom_in and dolly_zoom: distance that the camera travels, as a fraction of the distance to the nearest surface, in [0,
+    /// 1). `motion` may limit this distance further.
     float approach = 0.3F;
 };
 
-/// Returns a camera at `position` that looks at `target`, both in the photo's space. The photo's y axis points up in the picture.
-/// The line between the points must not be vertical: otherwise the assertion fails, or without assertions, the rotation has no
-/// finite numbers, and rasterize() refuses the view.
+/// Returns a camera at `position` that looks at `target`, both in the photo's space. The photo's y axis points up in the
+/// picture. The line between the points must not be vertical, which an assertion checks. Without assertions, the rotation of
+/// such a view is not finite, and rasterize() raises an error for the view.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
 /// Returns the view from `position` through a window: the rectangle that the photo covers at disparity `window`. The window fills
@@ -25107,7 +25218,7 @@ view view_through_window(const pinhole_camera& camera, const depth_range& range,
                          float window = window_disparity);
 
 /// Returns the view at `time` on a path, which starts at time 0 and ends at time 1. Raises invalid_option for options out of
-/// bounds.
+/// range.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
@@ -25119,12 +25230,12 @@ struct key_frame {
     float zoom = 1;                          ///< factor by which the photo's focal length is multiplied, above 0, finite
 };
 
-/// Returns the view at `time` on a smooth path through all key frames: a cubic spline whose slope at each key frame is the slope
-/// of the line between the neighboring key frames (Catmull-Rom). Before the first and after the last key frame, the camera rests.
-/// Raises invalid_option if there is no key frame, times do not increase, a zoom is not above 0, a number is not finite, or the
-/// camera would look straight up or down at `time`, or at its own position. Positions and targets are interpolated separately, so
-/// this may happen between key frames that look elsewhere. The result may lie outside the motion budget; callers clamp it with
-/// within_motion().
+/// Returns the view at `time` on a smooth path through all key frames: a cubic spline whose slope at each key frame is the
+/// slope of the line between the neighboring key frames (Catmull-Rom). Before the first and after the last key frame, the
+/// camera stays still. Raises invalid_option if there is no key frame, times do not increase, a zoom is not above 0, a number
+/// is not finite, or the camera would look straight up or down at `time`, or at its own position. Positions and targets are
+/// interpolated separately, so this can happen between two key frames even if it happens at neither of them. The result may lie
+/// outside the motion budget; callers clamp it with within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
 /// Computes a frame that hides the outer edge of the photo's surfaces: the largest centered part of the picture, with the same
@@ -25210,7 +25321,7 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
                          const path_options& options) {
     if (!(options.motion >= 0 && options.motion <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
         !(options.approach >= 0 && options.approach < 1))
-        raise(error_code::invalid_option, "path_options", "motion and focus in [0, 1], approach in [0, 1)",
+        raise(error_code::invalid_option, "path_options", "motion and focus_disparity in [0, 1], approach in [0, 1)",
               detail::to_text(options.motion) + ", " + detail::to_text(options.focus_disparity) + ", " +
                   detail::to_text(options.approach));
     const float focus = range.depth(options.focus_disparity);
@@ -25390,7 +25501,7 @@ public:
           x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
           y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
-    /// Returns the inverse depth, clamped to the triangle's range, because rounding in slivers could exceed it.
+    /// Returns the inverse depth, clamped to the triangle's range, because rounding errors in slivers could exceed this range.
     double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), min_, max_); }
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
@@ -25450,8 +25561,8 @@ public:
     }
 
 private:
-    /// Returns the point where an edge intersects a plane. Moves this point exactly onto the plane: on a very long edge, rounding
-    /// could otherwise put it where it cannot be projected.
+    /// Returns the point where an edge intersects a plane. Moves this point exactly onto the plane. Otherwise, on a very long
+    /// edge, rounding could move the point to a position that cannot be projected.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
         camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];
@@ -25535,8 +25646,8 @@ private:
 
 // ---- ldi/render/rasterizer.hpp
 // A software rasterizer: draws a 3D photo from another viewpoint (paper, section "Viewing 3D Photos"), and reports its holes.
-// It is exact rather than fast: the result is the same on every machine and for any number of threads, so that tests can count
-// pixels.
+// The rasterizer is exact rather than fast. Its result is the same on every machine and for any number of threads, so that
+// tests can count pixels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25549,7 +25660,7 @@ struct raster_options {
     image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: replaces `background` in holes (gap_colors())
 };
 
-/// A drawn mesh. rasterize() makes it.
+/// A drawn mesh; the result of rasterize().
 struct rendering {
     image<std::uint8_t> color;     ///< H x W x 3: mean over the pixel's samples
     image<float> depth;            ///< H x W x 1: depth of the nearest sample along the view's axis; infinity in holes
@@ -25594,7 +25705,7 @@ inline void check_raster_options(const view& from, const raster_options& options
         raise(error_code::invalid_option, "z_near", "a finite depth of at least " + to_text(smallest), to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
     if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0) || !std::isfinite(camera.focal_length))
-        raise(error_code::invalid_option, "view", "a size and a finite focal length above 0",
+        raise(error_code::invalid_option, "view", "a width, a height and a finite focal length above 0",
               std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + to_text(camera.focal_length));
     const std::int32_t limit = 524288 / options.samples;
     if (camera.width > limit || camera.height > limit)
@@ -25816,8 +25927,8 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
 }}  // namespace ldi
 
 // ---- ldi/render/gap_colors.hpp
-// Fills gaps with color. Gaps occur where surfaces end too soon, and beyond the photo's border. In a gap, the picture continues
-// the colors of the surfaces beside the gap instead of showing a background color.
+// Fills gaps with color. Gaps occur where a surface does not extend far enough, and beyond the photo's border. In a gap, the
+// picture continues the colors of the surfaces beside the gap instead of showing a background color.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25954,9 +26065,9 @@ inline image<std::uint8_t> gap_colors(rendering seen) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative: to
-/// the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window` keep their
-/// position in the picture.
+/// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative:
+/// to the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window`, in
+/// the same units, keep their position in the picture.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
@@ -25964,8 +26075,9 @@ inline view beside(view from, float distance, float window = std::numeric_limits
     return from;
 }
 
-/// Returns the eye distance at which the parallax between the nearest and the farthest surface is a given fraction, `share`, of
-/// the picture's width. The default, a thirtieth, is comfortable to view.
+/// Returns the eye distance, in units of the photo's space, at which the parallax between the nearest and the farthest surface
+/// is a fraction `share` of the picture's width. Returns 0 if all surfaces have the same depth. The default `share`, a
+/// thirtieth, is comfortable to view.
 inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
     const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
     return parallax > 0 ? share * detail::nearest_float(camera.width) / parallax : 0.0F;
@@ -26056,7 +26168,7 @@ inline crc32_rows make_crc32_rows() {
 
 }  // namespace detail
 
-/// Continues a CRC-32: returns the checksum of all bytes so far.
+/// Continues a CRC-32 with more bytes. Returns the checksum of the preceding bytes and these bytes.
 ///
 /// before  checksum of the preceding bytes; 0 if there are none
 inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {
@@ -26090,8 +26202,8 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
 }}  // namespace ldi
 
 // ---- ldi/formats/detail/json_reader.hpp
-// Checks JSON (RFC 8259) and locates its values, for detail/json.hpp. Strict: rejects duplicate names, nesting deeper than the
-// caller allows, and strings that are not UTF-8.
+// Checks JSON (RFC 8259) and locates its values, for detail/json.hpp. Rejects duplicate names, nesting deeper than the caller
+// allows, and strings that are not UTF-8.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -26107,8 +26219,8 @@ struct json_value {
     std::string_view text = "nothing";
 };
 
-/// Callback for the members of an object or the elements of an array. A function pointer instead of a template parameter, so that
-/// the reader is compiled only once.
+/// Callback for the members of an object or the elements of an array. This is a function pointer, not a template parameter, so
+/// that the reader is compiled only once.
 using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
 
 /// Returns 0 to 15, or 16 if c is not a hexadecimal digit.
@@ -26154,13 +26266,14 @@ inline void append_unescaped(std::string_view written, buffer<char>& to) {
     }
 }
 
-/// Walks over a text and checks everything it passes. Raises invalid_data; `where` names the text in messages.
+/// Walks over a JSON text and checks it along the way. Raises invalid_data for invalid JSON.
 class json_reader {
 public:
     /// max_depth  maximum nesting of objects and arrays
+    /// where      name of the text in messages
     json_reader(std::string_view text, int max_depth, std::string where)
         : text_(text), max_depth_(max_depth), where_(std::move(where)) {}
-    /// Walks over a text that a reader has already checked. Does not check it again.
+    /// Walks over a text that another reader has already checked, without checking it again.
     explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
     /// Reads a text that consists of one object.
@@ -26364,13 +26477,16 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/detail/json.hpp
-// Reads JSON (RFC 8259) from headers of weight files. A json_value is a view of a checked part of the text, so that only
-// requested parts are copied. The text is untrusted.
+// Reads JSON (RFC 8259) from headers of weight files. A json_value is a view of a checked part of the text, so reading copies
+// only the requested parts. The text is untrusted.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Checks that a text consists of one JSON object, and returns the object. Raises invalid_data; messages about syntax errors
+/// Checks that a text consists of one JSON object, and returns the object. Raises invalid_data. Messages about syntax errors
 /// state the byte offset.
+///
+/// max_depth  maximum nesting of objects and arrays
+/// where      name of the text in messages
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }
@@ -26425,8 +26541,8 @@ inline std::optional<std::uint64_t> whole_number(const json_value& value) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/picture_formats.hpp
-// Picture file formats that ldi reads. Each format can be disabled, so that a service reads only the formats it expects and no
-// other decoder sees untrusted files.
+// Picture file formats that ldi reads. Each format can be disabled. A service can then read only the formats it expects, and
+// its untrusted files reach no other decoder.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -26499,7 +26615,7 @@ struct picture_header {
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
     bool has_alpha = false;                         ///< whether the picture has alpha; WebP only
-    std::size_t end = 0;  ///< JPEG only: offset of the first byte after the picture; phones append further pictures
+    std::size_t end = 0;  ///< JPEG only: offset of the first byte after the picture; phones append more pictures there
 };
 
 namespace detail {
@@ -26568,7 +26684,7 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
         std::string_view text, name;
     };
     using namespace std::string_view_literals;
-    // The functions that select a decoder, so that no message says that it expected and found the same format.
+    // The functions that also select the decoder. A message can therefore never state the same format as expected and as found.
     static constexpr recognized_format recognized[] = {
         {detail::is_jpeg, "a JPEG file"sv},         {detail::is_png, "a PNG file"sv},
         {detail::is_gif, "a GIF file"sv},           {detail::is_webp, "a WebP file"sv},
@@ -26626,16 +26742,17 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Decodes all tensors. Half-precision numbers become float. Allocates nothing before the header is checked against the file's
 /// size.
 ///
-/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gaps or
+///        overlaps
 /// where  name of the file in messages
 ///
-/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). A message
-/// about a tensor states the tensor's name.
+/// Raises invalid_data for a damaged file, too_large for a header above 4 MiB or a shape that does not fit in memory, and
+/// unsupported for any other type. A message about a tensor states the tensor's name.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
 
-/// Raises mismatch unless the metadata have the value `expected` for `key`.
+/// Raises mismatch unless the metadata contains the value `expected` for `key`.
 ///
 /// what  kind of file, for the error message; for example "a depth network"
 inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
@@ -26643,7 +26760,7 @@ inline void check_metadata(const named_tensors& file, const std::string& what, c
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end() || found->second != expected)
         raise(error_code::mismatch, file.where, what + " (" + key + " " + expected + " in its metadata)",
-              found == file.metadata.end() ? "none" : printable(found->second));
+              found == file.metadata.end() ? "no such entry" : printable(found->second));
 }
 
 }  // namespace detail
@@ -26749,7 +26866,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that are a JSON object", std::string(kind_text(line.kind)));
+        raise(error_code::invalid_data, where, "a JSON object as metadata", std::string(kind_text(line.kind)));
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
@@ -26765,7 +26882,8 @@ inline decltype(named_tensors::metadata) checked_metadata(const json_value& line
 inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where) {
     using namespace detail::safetensors;
     if (bytes.size() < 8)
-        raise(error_code::invalid_data, where, "at least 8 bytes, the header's length", std::to_string(bytes.size()) + " bytes");
+        raise(error_code::invalid_data, where, "at least 8 bytes, which state the header's length",
+              std::to_string(bytes.size()) + " bytes");
     const std::uint64_t header_bytes = detail::little_endian_32(bytes, 0) | std::uint64_t{detail::little_endian_32(bytes, 4)}
                                                                                 << 32;
     if (header_bytes > bytes.size() - 8 && !detail::has_text(bytes, 8, "{"))
@@ -26791,8 +26909,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Checks that the tensors fill the data without gap or overlap. The decoded tensors then need at most twice the size of the
-    // file, because half-precision numbers become float.
+    // Checks that the tensors fill the data without gaps or overlaps. The decoded tensors then need at most twice the size of
+    // the file, because half-precision numbers become float.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;
@@ -26805,7 +26923,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     }
     if (filled != data.size())
         raise(error_code::invalid_data, where, "tensors that fill " + std::to_string(data.size()) + " bytes of data",
-              std::to_string(filled));
+              std::to_string(filled) + " bytes in tensors");
     for (entry& e : entries) {
         decltype(tensor::values) values = decode_values(data.subspan(e.begin, e.end - e.begin), e.type);
         result.tensors.emplace(std::move(e.name), tensor{std::move(e.shape), std::move(values)});
@@ -26816,7 +26934,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
 }}  // namespace ldi
 
 // ---- ldi/formats/farbrausch.hpp
-// Reads an inpainting network from the bytes of a safetensors file. The metadata state the kind of network.
+// Reads an inpainting network from the bytes of a safetensors file. The file's metadata specifies the kind of network.
 // examples/training/farbrausch/export.py writes Farbrausch, and examples/training/partial_convolution.py writes the full-size
 // PartialConv. io/weight_files.hpp loads both from files.
 
@@ -26831,7 +26949,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
 /// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
-/// describe a different kind of network.
+/// describes a different kind of network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                              std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
 
@@ -26844,17 +26962,18 @@ inline missing_colors parse_missing_colors(const named_tensors& file) {
     if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
     if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
     raise(error_code::mismatch, file.where, "an inpainting network (name farbrausch or partial_convolution in its metadata)",
-          name == file.metadata.end() ? "none" : printable(name->second));
+          name == file.metadata.end() ? "no name" : printable(name->second));
 }
 
-/// Reads the architecture from the metadata, which must describe a network that farbrausch can compute.
+/// Reads the architecture from the metadata. Raises mismatch for missing metadata, invalid_data for metadata that is not valid
+/// JSON, and unsupported for a network that farbrausch cannot compute.
 inline inpainting_architecture parse_inpainting_architecture(const named_tensors& file, const std::string& where) {
     inpainting_architecture result;
     result.missing = parse_missing_colors(file);
     const bool has_fills = result.missing == missing_colors::filled;
     const auto found = file.metadata.find("architecture");
     if (found == file.metadata.end())
-        raise(error_code::mismatch, where, "an inpainting network, with its architecture in the metadata", "none");
+        raise(error_code::mismatch, where, "an inpainting network's architecture in the metadata", "no such entry");
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
@@ -26936,7 +27055,7 @@ inline std::optional<std::size_t> whole_number(std::string_view text) {
     return value;
 }
 
-/// Header of a file whose values are floats.
+/// Header of a PFM or NPY file.
 struct float_map_header : picture_header {
     std::size_t begin = 0, item = sizeof(float);  ///< offset of the values and size of a value, in bytes
     bool is_swapped = false, columns_first = false;
@@ -26969,7 +27088,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
         field = std::string_view(reinterpret_cast<const char*>(bytes.data()) + first, at - first);
     }
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
-    if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
+    if (!width || !height || *width == 0 || *height == 0) broken("no size in the header");
     // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which this reader ignores.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
@@ -26983,7 +27102,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// Decodes a PFM file to H x W x 1 and leaves the values as stored. `where` names the file in messages. Raises invalid_data.
+/// Decodes a PFM file to H x W x 1 without changing the values. `where` names the file in messages. Raises invalid_data.
 inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_pfm_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -27029,7 +27148,7 @@ inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     return shape;
 }
 
-/// Drops axes of length 1, first from the end, then from the front, until two axes remain.
+/// Removes axes of length 1 until two axes remain, first from the end, then from the front.
 inline void drop_unit_axes(buffer<std::size_t>& shape) {
     while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
     while (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
@@ -27054,13 +27173,13 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
     header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
     const std::string_view order = npy_field(dictionary, "'fortran_order'");
     header.columns_first = order.substr(0, 4) == "True";
-    if (!header.columns_first && order.substr(0, 5) != "False") broken("no fortran_order in its header");
+    if (!header.columns_first && order.substr(0, 5) != "False") broken("no fortran_order in the header");
     std::optional<buffer<std::size_t>> shape = npy_shape(npy_field(dictionary, "'shape'"));
-    if (!shape) broken("no shape in its header");
+    if (!shape) broken("no shape in the header");
     drop_unit_axes(*shape);
     if (shape->size() != 2 || (*shape)[0] == 0 || (*shape)[1] == 0)
-        raise(error_code::unsupported, where, "a map of height x width",
-              std::to_string(shape->size()) + " axes, or an empty one");
+        raise(error_code::unsupported, where, "a nonempty map with two axes, height and width",
+              std::to_string(shape->size()) + " axes, or an axis of length 0");
     header.format = picture_format::npy;
     header.height = (*shape)[0], header.width = (*shape)[1];
     header.begin = begin + length, header.item = is_float32 ? 4 : 8;
@@ -27069,8 +27188,8 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// Decodes an NPY file to H x W x 1 and leaves the values as stored. `where` names the file in messages. Raises invalid_data,
-/// unsupported.
+/// Decodes an NPY file to H x W x 1. Converts float64 to float32, and does not scale the values. `where` names the file in
+/// messages. Raises invalid_data, unsupported.
 inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_npy_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -27292,8 +27411,8 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
 }}}}  // namespace ldi::detail::glb
 
 // ---- ldi/formats/detail/glb_writer.hpp
-// Writes the binary part of a GLB file: vertices, indices and textures in the order that formats/detail/glb_contents.hpp lays
-// out.
+// Writes the binary part of a GLB file: vertices, indices and textures in the order that formats/detail/glb_contents.hpp
+// defines.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail::glb {
 
@@ -27347,15 +27466,15 @@ inline void put_contents(writer& to, const contents& c) {
 
 // ---- ldi/formats/jpeg_png_header.hpp
 // Reads the header of a JPEG or PNG file before anything is decoded or allocated: size, bit depth, position of EXIF data, and
-// whether the file is complete. The decoder (stb_image) checks neither checksums nor whether a JPEG's picture is complete; these
-// functions do.
+// whether the file is complete. These functions also verify checksums and check whether a JPEG's picture is complete, because
+// the decoder (stb_image) does neither.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Whether a segment contains all bytes of its Huffman tables, and each table has at most 256 codes. Other tables make stb_image
-/// 2.27 write beyond its buffers.
+/// Whether a segment contains all bytes of its Huffman tables, and each table has at most 256 codes. Any other table would make
+/// stb_image 2.27 write beyond its buffers.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -27554,8 +27673,8 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
 
 }  // namespace detail
 
-/// Reads the header of a JPEG or PNG file. Raises unsupported (any other format, or an unsupported variant), invalid_data (empty,
-/// truncated, damaged).
+/// Reads the header of a JPEG or PNG file. Raises unsupported for any other format and for an unsupported variant, and
+/// invalid_data for an empty, truncated or damaged file.
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
     if (detail::is_jpeg(bytes)) return detail::read_jpeg_header(bytes, where);
     if (detail::is_png(bytes)) return detail::read_png_header(bytes, where);
@@ -27566,11 +27685,11 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 }}  // namespace ldi
 
 // ---- ldi/formats/plain_png.hpp
-// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and encodes their
-// bytes with one Huffman code; does not search for repetitions. Photographs become 4 to 15 % larger than with libpng
+// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters the rows and encodes
+// their bytes with one Huffman code, without searching for repetitions. Photographs become 4 to 15 % larger than with libpng
 // (io/picture.hpp). Pictures with large uniform areas become many times larger. Uncompressed (stored) blocks would need less
-// code, but would double the size of the file: 166 instead of 82 kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948;
-// zlib: RFC 1950; deflate: RFC 1951.
+// code, but would double the size of the file. For example, the file of the crop examples/learn/archway.ppm would have 166 kB
+// instead of 82 kB. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -27676,7 +27795,8 @@ inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> co
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
         if (*std::max_element(lengths.begin(), lengths.end()) <= max_code_length) return lengths;
-        for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; positive counts stay positive
+        for (std::size_t& count : counts)
+            count = (count + 1) / 2;  // reduces the ratios between counts; positive counts stay positive
     }
 }
 
@@ -27685,7 +27805,7 @@ inline void put_big_endian(std::byte* to, std::size_t value) {
     for (int i = 0; i < 4; ++i) to[i] = static_cast<std::byte>(value >> (24 - 8 * i) & 255);
 }
 
-/// Packs numbers of a few bits into bytes, lowest bit first.
+/// Packs codes of up to 32 bits into bytes, lowest bit first.
 class bit_writer {
 public:
     explicit bit_writer(buffer<std::byte>& to) : to_(to) {}
@@ -27732,8 +27852,9 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
     writer.put(0b101, 3);  // the last block, with its own Huffman codes
-    // The block states 257 code lengths and the length of one distance code, which is unused. The code for lengths has 4 bits
-    // for each of the lengths 0 to 15, so each length is written as a 4-bit number. The symbols 16, 17 and 18 are unused.
+    // The block states 257 code lengths and the length of one distance code, which is unused. In this block, the code for
+    // lengths assigns 4 bits to each of the lengths 0 to 15, so each length is written as a 4-bit number. The symbols 16, 17
+    // and 18 are unused.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
     for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
     for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);
@@ -27793,7 +27914,8 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
 
 // ---- ldi/formats/glb.hpp
 // Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
-// features that every viewer supports; KHR_materials_unlit is declared as used, not as required.
+// features that every viewer supports. The only extension, KHR_materials_unlit, is optional for viewers: the file declares it
+// as used, not as required.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -27806,19 +27928,21 @@ struct vertex_attribute {
     buffer<float> values;      ///< V x channels, finite
 };
 
-/// Options of encode_glb(): data to write in addition to the mesh and its textures, and the drawing of back sides.
+/// Options of encode_glb(): additional data for the file, and whether viewers draw back sides.
 struct glb_options {
     /// Camera that took the photo, with a positive size and a positive focal length. Viewers may start at its position. If
     /// absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras if present.
+    /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras. If absent, the
+    /// extras contain no `motion`.
     std::optional<float> motion = std::nullopt;
     /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far. If `motion` is present, they are written as
     /// `nearest` and `farthest`; otherwise they are unused. If `motion` and `camera` are present, the camera's focal length is
     /// written as `focal_length_35mm`.
     depth_range range = {};
-    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true and `motion` is present, `past_frame` is
-    /// written to the extras. This entry tells viewers that they need not hide the photo's border behind a smaller frame.
+    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true and `motion` is present, `past_frame`
+    /// is written to the extras. This entry tells viewers that they do not need to hide the photo's border behind a smaller
+    /// frame.
     bool is_past_frame = false;
     /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
@@ -27839,7 +27963,7 @@ struct glb_options {
 /// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
 /// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
 /// index out of range, or if a texture is not a complete JPEG or PNG file; unsupported for a JPEG or PNG variant that
-/// read_picture_header() refuses; invalid_option for a camera, a motion, a range or a source that violates glb_options, and for
+/// read_picture_header() rejects; invalid_option for a camera, a motion, a range or a source that violates glb_options, and for
 /// an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
@@ -27850,8 +27974,8 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels. Stores the texture as PNG with encode_plain_png() and also
-/// raises the errors of that function, for example mismatch for an RGBA texture. JPEG files from an encoder of your choice are
+/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels. Stores the texture as PNG with encode_plain_png(), and also
+/// raises the errors of that function, for example mismatch for an RGBA texture. A JPEG file from an encoder of your choice has
 /// about a quarter of the size.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
@@ -27915,7 +28039,7 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
             raise(error_code::invalid_option, "glb_options::attributes",
                   "a name with an underscore, then 1 to 63 capital letters, digits or underscores", printable(a.name));
         for (std::size_t k = 0; k < i; ++k)
-            if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
+            if (attributes[k].name == a.name) refuse(a, "unique attribute names", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
         if (a.values.size() != mesh.vertex_count() * a.channels)
             refuse(a, std::to_string(a.channels) + " values for each of " + std::to_string(mesh.vertex_count()) + " vertices",
@@ -28062,8 +28186,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
 /// Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises mismatch if the metadata
-/// describe a different kind of network, and unsupported if the metadata state a different architecture or different constants
-/// of the band (depth/step_band.hpp).
+/// describes a different kind of network, and unsupported if it specifies a different architecture or different constants of
+/// the band (depth/step_band.hpp).
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -28071,7 +28195,7 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
     detail::check_metadata(file, "a silhouette network", "name", "silhouettes");
     const auto found = file.metadata.find("architecture");
     if (found == file.metadata.end())
-        raise(error_code::mismatch, where, "a silhouette network, with its architecture in the metadata", "none");
+        raise(error_code::mismatch, where, "a silhouette network's architecture in the metadata", "no such entry");
     const std::string here = where + ", architecture";
     const detail::json_value text = detail::read_json_object(found->second, 4, here);
     // Any other value would require a different band or different arithmetic.
@@ -28097,7 +28221,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Reads a side length in pixels from the metadata. Returns `otherwise` if the metadata have no entry `key`.
+/// Reads a side length in pixels from the metadata. Returns `otherwise` if the metadata has no entry `key`.
 inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end()) return otherwise;
@@ -28112,15 +28236,15 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 
 }  // namespace detail
 
-/// Decodes a depth network. The metadata entry "output" states the kind of result: "disparity" or "log disparity". The optional
-/// entries "details_long_side" and "layout_long_side" set the members of depth_network_sizes.
+/// Decodes a depth network. The metadata entry "output" specifies the kind of result: "disparity" or "log disparity". The
+/// optional entries "details_long_side" and "layout_long_side" set the members of depth_network_sizes.
 ///
 /// bytes   the whole file
 /// where   name of the file in messages
 /// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
 /// Raises the errors of decode_safetensors(), read_quantized_network() and the constructor of tiefenrausch, and mismatch if the
-/// metadata describe a different network.
+/// metadata describes a different network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -28161,9 +28285,9 @@ struct photo3d_options {
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
-    /// Leveling of dips. It joins pieces of the background beside objects, but is off by default: in 2 of 20 photographs, it
-    /// opened holes of up to 11 pixels in views with a long side of 1000 pixels. Intended for use with a network_decider
-    /// (depth/network_decider.hpp).
+    /// Leveling of dips, which joins pieces of the background beside objects. Off by default, because in 2 of 20 photographs,
+    /// leveling opened holes of up to 11 pixels in views with a long side of 1000 pixels. Intended for use with a
+    /// network_decider (depth/network_decider.hpp).
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;
@@ -28192,14 +28316,14 @@ struct photo3d_options {
 /// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels; at least 1.
 ///
 /// length  0 to longer
-/// longer  the photo's longer side, at least 1
+/// longer  the photo's longer side in pixels, at least 1
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
     LDI_ASSERT(longer > 0);
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size]; 1 for an empty map, as for a
-/// map at the photo's resolution.
+/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size]. Returns 1 for an empty
+/// map.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
     if (estimated.empty()) return 1.0F;
     return std::clamp(detail::nearest_float(photo.width()) / detail::nearest_float(estimated.width()), 1.0F,
@@ -28213,7 +28337,7 @@ Count scaled(Count count, float by) {
 }
 }  // namespace detail
 
-/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
+/// Converts lengths and pixel counts for a depth map at the photo's resolution to those for a map with larger samples.
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
     options.min_size = detail::scaled(options.min_size, sample_size * sample_size);
     return options;
@@ -28248,7 +28372,7 @@ inline void check(const photo3d_options& options) {
 
 }  // namespace detail
 
-/// Limits the size of charts so that they fit on full-size sheets (texture/sheets.hpp) for a photo of `photo_height` x
+/// Limits the size of charts so that all charts fit on full-size sheets (texture/sheets.hpp) for a photo of `photo_height` x
 /// `photo_width` pixels. Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
@@ -28268,7 +28392,8 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
 }}  // namespace ldi
 
 // ---- ldi/photo3d/suppliers.hpp
-// Parts of make_photo3d() (photo3d.hpp) that the caller supplies: depth, silhouettes, and colors of hidden surfaces.
+// Interfaces of the objects that the caller passes to make_photo3d() (photo3d.hpp): sources of depth, silhouettes, and colors
+// of hidden surfaces.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -28327,8 +28452,8 @@ struct given_disparity {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Shrinks a photo, H x W x 3, to a long side of at most `long_side` pixels, but at least 1. Copies a smaller photo. Raises
-/// invalid_data for a photo without pixels.
+/// Shrinks a photo, H x W x 3, to a long side of at most `long_side` pixels; each side keeps at least one pixel. Copies a
+/// smaller photo. Raises invalid_data for a photo without pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     if (photo.empty())
@@ -28364,7 +28489,7 @@ inline void check_photo(image_view<const std::uint8_t> photo) {
 struct cleaned_photo {
     image<std::uint8_t> photo;   ///< H x W x 3, long side at most options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;      ///< H x W x 1, the estimate resampled to the photo's resolution, before it is cleaned there
+    image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before filtering
     image<float> disparity;      ///< H x W x 1, cleaned disparity
     image<std::uint8_t> shares;  ///< H x W x 1 or empty: decided_depth::shares
     depth_range range;           ///< distances at disparity 1 and 0
@@ -28373,7 +28498,8 @@ struct cleaned_photo {
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo      H x W x 3, at least one pixel
-/// estimator  if this is a temporary given_disparity, its map is moved, not copied
+/// estimator  source of the photo's depth; clean_depth() moves the map of a temporary given_disparity instead of copying it
+/// decider    decides whether pixels beside a silhouette belong to the front or the back surface
 ///
 /// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
@@ -28411,8 +28537,7 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& esti
     progress.report("connected components", 1.0F);
     return result;
 }
-/// Estimates and cleans the depth of a photo, H x W x 3 with at least one pixel. aligned_silhouettes decides whether pixels
-/// beside a silhouette belong to the front or the back surface.
+/// Same, with aligned_silhouettes as the decider.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
@@ -28465,8 +28590,8 @@ template <payload_column Column>
 buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
                                                std::size_t columns) {
     if (from.height() == 0 || from.width() == 0 || from.channels() != Column::channels)
-        raise(error_code::mismatch, "photo_columns", "an image of " + std::to_string(Column::channels) + " channels with pixels",
-              shape_text(from));
+        raise(error_code::mismatch, "photo_columns",
+              "H x W x " + std::to_string(Column::channels) + " values, at least one pixel", shape_text(from));
     buffer<typename Column::scalar> result;
     result.reserve(rows * columns * Column::channels);
     for (std::size_t y = 0; y < rows; ++y)
@@ -28497,9 +28622,9 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). `own` are the caller's columns. If `photo.estimated` is empty, lengths in
-/// `options` apply as they do to depth at the photo's resolution. Raises the same errors for options as clean_depth(), and
-/// mismatch if an image of `own` has no pixel or the wrong number of channels.
+/// Lifts `photo`, the result of clean_depth() with the same options, and prepares it for expand(). `own` are the caller's
+/// columns. If `photo.estimated` is empty, lengths in `options` are not scaled. Raises the same errors for options as
+/// clean_depth(), and mismatch if an image of `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
@@ -28523,6 +28648,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
     result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample));
     return result;
 }
+/// Same, without the caller's own columns.
 template <executor Executor = const serial_executor>
 lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
     return lift_photo(photo, photo_columns<>(), options, threads);
@@ -28571,24 +28697,24 @@ inline photo3d_options paper_options() {
 }}  // namespace ldi
 
 // ---- ldi/photo3d.hpp
-// Converts a photo to a 3D photo: calls all stages of the paper in the paper's order. Additional stages sharpen depth edges
-// (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside silhouettes, add texture to hidden
-// surfaces (inpaint/), continue surfaces past the photo's border (occlusion/past_frame.hpp), and soften silhouettes
-// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run only some
-// stages, or to insert your own.
+// Converts a photo to a 3D photo: calls all stages of the paper (Kopf et al., "One Shot 3D Photography", SIGGRAPH 2020) in the
+// paper's order. Additional stages sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges,
+// unmix the colors beside silhouettes, add texture to hidden surfaces (inpaint/), continue surfaces past the photo's border
+// (occlusion/past_frame.hpp), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function in the
+// headers below. Call these functions to run only some stages, or to insert your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A 3D photo, and the results of all stages. `Own` are the caller's columns.
+/// A 3D photo, and the results of all stages. `Own` lists the tags of the caller's own columns.
 template <payload_column... Own>
 struct basic_photo3d {
     image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image without its margin
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, the estimate resampled to the photo's resolution, before it is cleaned there
+    image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before filtering
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
-    /// Total number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped. Across these sides,
-    /// the mesh connects the front and the back surface. Usually 0 for photographs.
+    /// Total number of pixel sides in the silhouettes that were dropped because of curve_options::max_density or max_sides.
+    /// Across these sides, the mesh connects the front and the back surface. Usually 0 for photographs.
     std::size_t dropped_sides = 0;
     /// facts.motion is less than expand_options::motion if expand_options::iterations or max_hidden limited the hidden surfaces.
     photo_facts facts;
@@ -28601,7 +28727,8 @@ using photo3d = basic_photo3d<>;
 
 /// Colors the hidden surfaces, adds texture and grain to them, and restores the colors of the rims.
 ///
-/// rims       lifted_photo::rims of these layers
+/// layers     result of expand(), changed in place
+/// rims       lifted_photo::rims of the same photo
 /// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and
 ///            options.grain.strength to 0
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
@@ -28620,7 +28747,8 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 /// inpainter  its result receives texture and grain; if it makes its own texture, set options.texture.strength and
 ///            options.grain.strength to 0
 ///
-/// Raises the same errors as the overload that accepts an estimator and a decider, except the errors of these two.
+/// Raises the same errors as the overload that accepts an estimator and a decider, except the errors of the estimator and the
+/// decider.
 template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -28686,7 +28814,7 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
-/// Same, without columns of the caller.
+/// Same, without the caller's own columns.
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
@@ -28700,7 +28828,7 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
                                    Executor&& threads = {}) {
     return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
-/// Same, with aligned_silhouettes as the decider and without columns of the caller.
+/// Same, with aligned_silhouettes as the decider and without the caller's own columns.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}) {

@@ -22,7 +22,8 @@ TEST_CASE("Eigen maps the mesh's memory as vertices, triangles and texture coord
     CHECK(f.maxCoeff() < static_cast<std::uint32_t>(v.rows()));
     CHECK(uv.minCoeff() >= 0.0F);
     CHECK(uv.maxCoeff() <= 1.0F);
-    // Seen from the photo's camera, every triangle is counter-clockwise, and together they cover the photo at least once.
+    // Every triangle is counter-clockwise when seen from the photo's camera. Together, the triangles cover the photo at least
+    // once.
     const ldi::pinhole_camera& camera = made.facts.camera;
     double area = 0;
     for (Eigen::Index t = 0; t < f.rows(); ++t) {

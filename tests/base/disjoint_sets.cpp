@@ -21,7 +21,7 @@ TEST_CASE("a merged set is represented by its smallest member, in any order of m
     for (int repeat = 0; repeat < 500; ++repeat) {
         const std::int32_t count = 1 + ldi::testing::below(random, 40);
         disjoint_sets sets(static_cast<std::size_t>(count));
-        // smallest member of each member's set, by brute force
+        // the smallest member of each integer's set, by brute force
         ldi::buffer<std::int32_t> smallest(static_cast<std::size_t>(count));
         std::iota(smallest.begin(), smallest.end(), 0);
         for (std::int32_t merges = ldi::testing::below(random, 60); merges > 0; --merges) {

@@ -38,7 +38,7 @@ template <class Scope>
 concept outlives_its_block = requires(const memory& from) {
     new Scope(from);
 };
-static_assert(!outlives_its_block<memory_scope>, "scopes end in reverse order");
+static_assert(!outlives_its_block<memory_scope>, "a scope that operator new creates could outlive its block");
 
 }  // namespace
 
@@ -61,7 +61,7 @@ TEMPLATE_TEST_CASE("a buffer behaves like std::vector, and its memory is aligned
                 break;
             }
             case 4:
-                // an element of the buffer itself
+                // Appends an element of the buffer itself.
                 if (!theirs.empty()) ours.push_back(ours.front()), theirs.push_back(theirs.front());
                 break;
             case 5:

@@ -35,7 +35,8 @@ TEST_CASE("conversion to a byte rounds to the nearest integer, halves up, and cl
 }
 
 TEST_CASE("fused_multiply_add() rounds once, even if rounding to double first would change the result") {
-    // The product is 2^-24 + 2^-57. Rounded to double and then to float, its sum with 1 would be a tie, which rounds down.
+    // The product is 2^-24 + 2^-57. Rounded to double, the sum 1 + 2^-24 + 2^-57 is 1 + 2^-24, a tie between two floats, which
+    // would round down.
     const float a = 20857.0F, b = std::ldexp(411849.0F, -57);
     CHECK(fused_multiply_add(0x1p-30F, 0x1p-30F, 1.0F) == 1.0F);
     CHECK(fused_multiply_add(a, b, 1.0F) == 1.0F + 0x1p-23F);
@@ -47,7 +48,7 @@ TEST_CASE("fused_multiply_add() rounds once, even if rounding to double first wo
     CHECK(std::isinf(fused_multiply_add(std::numeric_limits<float>::infinity(), 1.0F, 1.0F)));
 }
 
-TEST_CASE("a rounded product is not fused with a sum") {
+TEST_CASE("the compiler does not fuse rounded_product() with a sum") {
     std::mt19937 random(6);
     int different = 0, different_doubles = 0;
     for (int i = 0; i < 10000; ++i) {

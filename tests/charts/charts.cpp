@@ -128,7 +128,7 @@ void check_charts(const graph_view& g, std::span<const float> disparity, const c
     CHECK(mixed_surfaces(g, disparity, set, options, surface) == 0);
 }
 
-/// Memory that counts the requests of one size.
+/// Counts the allocations of `size` bytes, and forwards all allocations to the system's memory.
 struct counted_requests {
     std::size_t size, count = 0;
     memory source{this, &allocate, &release};
@@ -147,9 +147,10 @@ photo_layers layers_of(std::string_view name, std::size_t unit) {
     return expand(lifted, {}, find_discontinuity_curves(lifted, {})).layers;
 }
 
-/// Number of times that make_charts() grows charts. Counts requests of one byte per lattice position: each growth makes one.
+/// Number of times that make_charts() grows charts. Each growth allocates one byte per lattice position, and this function counts
+/// the allocations of this size.
 ///
-/// max_area  area of the boxes, per lattice position
+/// max_area  maximum total area of the charts' bounding boxes, in multiples of the lattice's area
 std::size_t growths_of(const photo_layers& layers, std::int64_t max_area) {
     counted_requests counted{layers.topology().position_count()};
     const memory_scope scope(counted.source);
@@ -274,7 +275,7 @@ TEST_CASE("hidden surfaces do not divide the visible surface around the end of a
     REQUIRE(g.size() > g.position_count());
     const chart_set set = make_charts(layers, {});
     const auto disparity = layers.column<disparity_column>();
-    std::size_t elsewhere = 0;  // visible pixels in other charts
+    std::size_t elsewhere = 0;  // visible pixels that are not in the chart of pixel 0
     for (std::int32_t i = 0; i < g.count(); ++i)
         if (disparity[i] == map.data()[g.position_of(i)] && set.chart_of[i] != set.chart_of[0]) ++elsewhere;
     CAPTURE(set.charts.size());
@@ -310,7 +311,7 @@ TEST_CASE("rings are divided into smaller charts if the total area of the charts
     const chart_set small = make_charts(layer, {}, options);
     CHECK(area(small) <= options.max_area);
     check_partition(layer.topology(), small, options);
-    options.max_area = 1;  // cannot be reached
+    options.max_area = 1;  // no charts can meet this limit
     const chart_set smallest = make_charts(layer, {}, options);
     options.max_side = 64;
     check_partition(layer.topology(), smallest, options);

@@ -17,7 +17,7 @@ template <class Graph>
 concept can_be_reordered = requires(const Graph& g, std::span<const std::int32_t> order) {
     ldi::reordered(g, order);
 };
-static_assert(can_be_reordered<graph> && !can_be_reordered<graph_view>, "a view may be of a graph that is not valid");
+static_assert(can_be_reordered<graph> && !can_be_reordered<graph_view>, "a view may refer to an invalid graph");
 
 namespace {
 /// Checks independently whether pixels are in canonical order.

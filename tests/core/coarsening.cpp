@@ -21,7 +21,7 @@ buffer<std::int32_t> parents_of(const graph_view& g, orphan_rule orphans) {
     return coarse.map.parent().copy();
 }
 
-struct kept_value {  // the value of the kept pixel, at every level
+struct kept_value {  // a coarse pixel has the value of its kept pixel
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 1;
     static std::array<scalar, 1> coarser(pixel_values<scalar, 1> pixels) { return first_of(pixels); }
@@ -142,7 +142,7 @@ TEST_CASE(
     CHECK(result.map.parent() == buffer<std::int32_t>{0, 0, 0, 1, 0, 1, 1, 1});
 }
 
-TEST_CASE("the rule for orphans changes only the parents of orphans") {
+TEST_CASE("the orphan rule affects only the parents of orphans") {
     testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
         const coarsened adopted = coarsen(g, orphan_rule::adopt_nearest), stayed = coarsen(g, orphan_rule::stay);
@@ -164,7 +164,8 @@ TEST_CASE("the rule for orphans changes only the parents of orphans") {
     });
 }
 
-TEST_CASE("a pixel that cannot reach its group's corner adopts an adjacent parent, or has none, by the rule for orphans") {
+TEST_CASE(
+    "a pixel that cannot reach its group's corner adopts an adjacent parent or has no parent, depending on the orphan rule") {
     testing::sketched_graph g(make_grid(5, 2));
     g.unlink(3, side::left), g.unlink(3, side::down);
     CHECK(parents_of(g, orphan_rule::adopt_nearest) == buffer<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});

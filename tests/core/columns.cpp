@@ -33,7 +33,7 @@ static_assert(payload_column<tag_of<float, 1>> && !payload_column<tag_of<float, 
 static_assert(!payload_column<tag_of<const float, 1>> && !payload_column<tag_of<float&, 1>>);
 static_assert(!payload_column<tag_of<std::unique_ptr<int>, 1>>, "grow() copies values");
 struct final_column final : tag_of<float, 1> {};
-static_assert(!payload_column<final_column>, "its rules could not be checked");
+static_assert(!payload_column<final_column>, "check_rules() cannot derive from a final class");
 struct fractional_column {
     using scalar = float;
     static constexpr double channels = 2.5;
@@ -42,7 +42,7 @@ static_assert(!payload_column<fractional_column> && fractional_column::channels 
 static_assert(payload_column<tag_of<double, 8192>> && !payload_column<tag_of<double, 8193>>,
               "rules return all scalars of a pixel on the stack");
 static_assert(!payload_column<const disparity_column> && !payload_column<volatile disparity_column>,
-              "two columns would have one name");
+              "disparity_column and const disparity_column would be one column");
 
 // Rules with the right name and a wrong signature. They must be refused; neither the default rule nor a conversion may replace
 // them.
@@ -86,7 +86,7 @@ static_assert(detail::check_rules<fitting_rules>() && detail::has_new_pixel<fitt
 enum class material : std::uint8_t { wood, stone };
 static_assert(averageable<float> && averageable<std::uint8_t> && averageable<std::int32_t>);
 static_assert(!averageable<std::int64_t> && !averageable<material> && !averageable<std::string>,
-              "a mean of identifiers or texts has no meaning");
+              "identifiers and texts have no mean");
 
 /// Pixels with these values, `channels` each.
 template <std::size_t channels, class Scalar>

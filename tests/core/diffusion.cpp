@@ -39,8 +39,8 @@ TEST_CASE("between two known values, diffusion converges to a linear ramp") {
     }
 }
 
-// If known neighbors had weight 1 on coarser levels, the error would be 4 percent. If all rounds went forward, the two halves
-// would differ by 1 percent.
+// If known neighbors had weight 1 on coarser levels, the error would be 4 percent. If all rounds visited the cells in
+// the same order, the two halves would differ by 1 percent.
 TEST_CASE("four rounds fill a straight gap with a ramp that is within 1 percent of the line, and symmetric within 0.6 percent") {
     for (const std::int32_t width : {4, 8, 16, 32}) {
         diffusion<1> d;

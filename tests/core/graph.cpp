@@ -41,7 +41,7 @@ TEST_CASE("every pixel of a grid is linked to its four neighbors in the image") 
     }
 }
 
-// Changes that would break invariants, and therefore must not compile.
+// Code that makes these changes would break invariants. It must not compile for graph and graph_view.
 template <class T>
 concept can_add_pixels = requires(T& g) {
     g.add_pixel(0, 0);
@@ -79,7 +79,7 @@ static_assert(!is_uninitialized_by_braces<graph_builder>);
 template <class T>
 constexpr bool is_fixed = !can_add_pixels<T> && !can_link<T> && !can_move_pixels<T> && !can_redirect_neighbors<T> &&
                           !can_resize_lattice<T> && !can_resize<T>;
-static_assert(can_add_pixels<graph_builder> && can_link<graph_builder>, "the concepts ask the right questions");
+static_assert(can_add_pixels<graph_builder> && can_link<graph_builder>, "the concepts hold for a type that has the functions");
 static_assert(is_fixed<graph> && is_fixed<graph_view>);
 static_assert(!std::is_convertible_v<graph_builder, graph>);
 static_assert(std::is_convertible_v<const graph&, graph_view>);
@@ -139,7 +139,7 @@ TEST_CASE("build() refuses a graph with a wrong link or position, even in releas
         const side s = testing::random_side(random);
         graph_builder b(before);
         switch (testing::below(random, 3)) {
-            case 0: {  // out of range, or a link in one direction only
+            case 0: {  // a neighbor out of range, or a link in one direction only
                 const std::int32_t other = testing::below(random, count + 8) - 4;
                 if (other == before.neighbor(pixel, s) || other == no_pixel) continue;
                 b.set_neighbor(pixel, s, other);
@@ -221,7 +221,7 @@ TEST_CASE("positions are numbered row by row, without overflow on large lattices
 TEST_CASE("a graph view refers to the caller's memory without a copy, and algorithms accept it like a graph") {
     testing::for_random_graphs(3, 200, [](const testing::random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
-        buffer<buffer<std::int32_t>> mine;  // an engine's own arrays
+        buffer<buffer<std::int32_t>> mine;  // the caller's own arrays
         for (const auto& column : {g.x(), g.y(), g.up(), g.down(), g.left(), g.right()})
             mine.push_back(buffer<std::int32_t>(column.begin(), column.end()));
         const graph_view view(g.width(), g.height(), mine[0], mine[1], mine[2], mine[3], mine[4], mine[5]);

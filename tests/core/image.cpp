@@ -65,7 +65,7 @@ concept views_literal_zero = requires {
 };
 static_assert(!views_literal_zero<array_view<const float>, 3> && !views_literal_zero<image_view<const float>, 3, 4>);
 static_assert(!std::is_constructible_v<array_view<const point>, named_point*, std::size_t>,
-              "points would be read at wrong places");
+              "points would be read at wrong addresses");
 static_assert(!std::is_constructible_v<image_view<const point>, named_point*, std::size_t, std::size_t>);
 static_assert(std::is_constructible_v<array_view<const point>, point*, std::size_t>);
 

@@ -42,13 +42,13 @@ static_assert(detail::check_rules<normal_column>() && detail::check_rules<name_c
 static_assert(std::is_default_constructible_v<users_layers> && std::is_copy_constructible_v<users_layers>);
 static_assert(std::is_nothrow_move_constructible_v<users_layers> && std::is_move_assignable_v<users_layers>);
 static_assert(!std::is_polymorphic_v<photo_layers>);
-static_assert(!std::is_convertible_v<graph, photo_layers>, "a graph does not turn into a layered image unasked");
+static_assert(!std::is_convertible_v<graph, photo_layers>, "a graph does not convert to a layered image implicitly");
 static_assert(std::is_same_v<decltype(std::declval<photo_layers&>().column<color_column>()), array_view<std::uint8_t>>);
 static_assert(std::is_same_v<decltype(std::declval<const photo_layers&>().column<disparity_column>()), array_view<const float>>);
 static_assert(std::is_same_v<decltype(std::declval<users_layers&>().at<normal_column>(0)), std::span<double, 3>>);
 static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<normal_column>(0)), std::span<const double, 3>>);
 
-// Changes that would give columns and graph different lengths, and therefore must not compile.
+// Code that makes these changes could give columns and graph different lengths. It must not compile for layered images.
 template <class L>
 concept can_change_topology = requires(L& l) {
     l.topology() = graph();
@@ -72,7 +72,7 @@ concept can_move_pixels = requires(L& l) {
 || requires(L& l) { l.reorder(std::span<const std::int32_t>()); }
 || requires(L& l) { l.grow(nullptr); };
 static_assert(!can_change_topology<photo_layers> && !can_resize_columns<photo_layers> && !can_take<photo_layers>);
-static_assert(can_move_pixels<photo_layers>, "the concepts ask the right questions");
+static_assert(can_move_pixels<photo_layers>, "the concept holds for a type that has the functions");
 static_assert(!can_change_topology<photo_layer> && !can_resize_columns<photo_layer> && !can_take<photo_layer>);
 static_assert(!can_move_pixels<photo_layer>);
 static_assert(!std::is_convertible_v<photo_layer, photo_layers> && !std::is_constructible_v<photo_layers, photo_layer>,
@@ -82,7 +82,7 @@ template <class G>
 concept can_receive_columns = requires(G& g, const graph_builder& b) {
     g.index_columns::operator=(b);
 };
-static_assert(!can_receive_columns<graph>, "a finished graph receives no unchecked columns");
+static_assert(!can_receive_columns<graph>, "a graph does not accept unchecked columns after build()");
 template <class B>
 concept has_writable_column = requires(B& b) {
     b.write_x();
@@ -90,7 +90,8 @@ concept has_writable_column = requires(B& b) {
 || requires(B& b) { b.x()[0] = 1; }
 || requires(B& b) { b.x_; }
 || requires(B& b) { b.left()[0] = 1; };
-static_assert(!has_writable_column<graph_builder> && !has_writable_column<graph>, "no view could change a graph after build()");
+static_assert(!has_writable_column<graph_builder> && !has_writable_column<graph>,
+              "a view of a column cannot change a graph after build()");
 static_assert(std::is_final_v<graph> && std::is_final_v<graph_view>);
 struct thief : detail::index_columns<buffer<std::int32_t>> {
     template <class T = thief>
@@ -100,11 +101,11 @@ struct thief : detail::index_columns<buffer<std::int32_t>> {
     || requires { &T::neighbors_; }
     || requires { T(); };
 };
-static_assert(!thief::reaches_columns<>, "a derived class does not reach the columns");
+static_assert(!thief::reaches_columns<>, "a derived class cannot access the columns");
 static_assert(!std::is_copy_constructible_v<link_editor> && !std::is_constructible_v<link_editor, graph_builder&>);
 static_assert(std::is_constructible_v<layered_view<disparity_column>, const graph&, const buffer<float>&>);
 
-// Views of temporaries would dangle, and therefore must not compile.
+// Views of temporaries would dangle. Code that creates them must not compile.
 template <class L>
 concept shows_temporary_column = requires(L&& l) {
     std::move(l).template column<disparity_column>();
@@ -113,7 +114,7 @@ concept shows_temporary_column = requires(L&& l) {
 || requires(const L&& l) { std::move(l).template column<disparity_column>(); }
 || requires(L&& l) { std::move(l).topology(); };
 static_assert(!shows_temporary_column<photo_layers> && !shows_temporary_column<photo_layer>);
-static_assert(shows_temporary_column<layered_view<disparity_column>>, "a view may be temporary; its memory is the caller's");
+static_assert(shows_temporary_column<layered_view<disparity_column>>, "columns of a temporary view stay valid");
 static_assert(!std::is_constructible_v<layered_view<disparity_column>, graph, const buffer<float>&>);
 static_assert(!std::is_constructible_v<layered_view<disparity_column>, const graph&, buffer<float>>);
 static_assert(!std::is_constructible_v<layered_view<disparity_column>, photo_layers>);
@@ -132,7 +133,7 @@ concept shows_temporary_index_column = requires(G&& g) {
 || requires(G&& g) { std::move(g).right(); };
 static_assert(!shows_temporary_index_column<graph> && !shows_temporary_index_column<const graph>);
 static_assert(!shows_temporary_index_column<graph_builder>);
-static_assert(shows_temporary_index_column<graph_view>, "a view may be temporary; its memory is the caller's");
+static_assert(shows_temporary_index_column<graph_view>, "columns of a temporary view stay valid");
 static_assert(!std::is_constructible_v<array_view<const float>, buffer<float>>);
 static_assert(!std::is_constructible_v<array_view<float>, buffer<float>>);
 static_assert(!std::is_constructible_v<array_view<const float>, const buffer<float>>);

@@ -39,7 +39,8 @@ concept can_be_read = requires(const Builder& builder) {
 || requires(const Builder& builder) { builder.width(); };
 static_assert(!can_receive_rows<pixel_region> && !std::is_constructible_v<pixel_region, int>,
               "a finished region does not change");
-static_assert(can_receive_rows<pixel_region_builder> && !can_be_read<pixel_region_builder>, "nobody reads half a region");
+static_assert(can_receive_rows<pixel_region_builder> && !can_be_read<pixel_region_builder>,
+              "an unfinished region cannot be read");
 
 TEST_CASE("a moved-from region and the second region of one builder have no pixels") {
     pixel_region region = region_of(random_marks(9, 13, 1));

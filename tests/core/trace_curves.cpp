@@ -43,7 +43,7 @@ std::vector<traced_curve> curves_of(const curve_tracer& tracer) {
     return curves;
 }
 
-/// Numbers of sides of all curves; negative for closed curves.
+/// Number of sides of each curve, negated for closed curves.
 std::vector<int> lengths_of(const curve_tracer& tracer) {
     std::vector<int> lengths;
     for (const traced_curve& t : curves_of(tracer)) lengths.push_back(static_cast<int>(t.sides.size()) * (t.is_closed ? -1 : 1));
@@ -51,8 +51,8 @@ std::vector<int> lengths_of(const curve_tracer& tracer) {
 }
 std::vector<int> lengths_in(const std::vector<std::string_view>& lines) { return lengths_of(digit_map(lines).tracer()); }
 
-/// A flat map of 20 x 20 pixels, cut along column 10, and along a branch of `branch` sides that leads to the left from the middle
-/// of this cut, or from the point `gap` pixels to the left of it.
+/// A flat map of 20 x 20 pixels with two cuts. The first cut runs between columns 9 and 10. The second cut is `branch` sides long
+/// and leads to the left. It starts in the middle of the first cut, or `gap` pixels to the left of this point.
 curve_tracer branched_cut(std::int32_t branch, std::int32_t gap = 0) {
     static const std::vector<float> flat(400, 0.5F);
     return {20, 20, flat, surface_rule(), [&](std::int32_t pixel, side s) {
@@ -117,15 +117,15 @@ TEST_CASE("curves around a surface inside the photo are closed; every other curv
     CHECK(lengths_in({"115", "115", "115"}) == std::vector{3});
     CHECK(lengths_in({"551", "111"}) == std::vector{3});
     CHECK(lengths_in({"115", "335"}) == std::vector{1, 1, 2});                 // a junction of three surfaces
-    CHECK(lengths_in({"1111", "1511", "1191", "1111"}) == std::vector{4, 4});  // two corners meet: both curves end there
+    CHECK(lengths_in({"1111", "1511", "1191", "1111"}) == std::vector{4, 4});  // both curves end where the surfaces touch
 }
 
-TEST_CASE("where pixels of two surfaces meet diagonally, the nearer surface is connected") {
+TEST_CASE("if pixels of two surfaces meet diagonally, curves keep the pixels of the nearer surface connected") {
     CHECK(lengths_in({"1111", "1511", "1151", "1111"}) == std::vector{-8});
     CHECK(lengths_in({"1111", "1151", "1511", "1111"}) == std::vector{-8});
     CHECK(lengths_in({"5555", "5155", "5515", "5555"}) == std::vector{-4, -4});
     CHECK(lengths_in({"5555", "5515", "5155", "5555"}) == std::vector{-4, -4});
-    CHECK(lengths_in({"15151", "51515", "15151"}).size() == 8);  // all curves are around the back's pixels
+    CHECK(lengths_in({"15151", "51515", "15151"}).size() == 8);  // one curve around each background pixel
 }
 
 TEST_CASE("prune_spurs() removes branches with a free end that are shorter than the minimum") {

@@ -11,7 +11,7 @@
 using namespace ldi;
 
 namespace {
-/// A graph in the user's memory, with broken invariants.
+/// A copy of a graph's columns. Tests change it to break invariants.
 struct own_columns {
     explicit own_columns(const graph& g) : width(g.width()), height(g.height()) {
         for (const auto& column : {g.x(), g.y(), g.up(), g.down(), g.left(), g.right()})
@@ -30,8 +30,8 @@ struct own_columns {
     buffer<buffer<std::int32_t>> columns;
 };
 
-/// Breaks random graphs with `damage(graph, pixel, side, random)`, which returns false if that is impossible, and checks that
-/// the violation is found at that pixel.
+/// Damages random graphs with `damage(graph, pixel, side, random)`, and checks that validate() finds the invariant `expected`
+/// broken at this pixel. Skips a graph if `damage` returns false.
 template <class Damage>
 void detects(invariant expected, std::uint32_t seed, Damage&& damage) {
     int broken = 0;

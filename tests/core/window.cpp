@@ -29,8 +29,9 @@ window window_of(const graph_view& g, std::int32_t pixel, std::int32_t kernel_si
     return result;
 }
 
-/// Computes the window by another method, in rounds. In each round, every element that is still free is claimed by an adjacent
-/// element of the last round: by the one that was itself claimed first. Claims by the same element are ordered by side.
+/// Computes the window by another method, in rounds. In each round, elements of the previous round claim the free elements
+/// beside them. If several claim one element, the element that was itself claimed first wins. Claims by one element are ordered
+/// by side.
 window window_by_rounds(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size) {
     struct claim {
         std::int32_t element, pixel, rank;
@@ -62,7 +63,7 @@ window window_by_rounds(const graph_view& g, std::int32_t pixel, std::int32_t ke
 }
 }  // namespace
 
-TEST_CASE("the window in an image is the square around its pixel, and is empty beyond the border") {
+TEST_CASE("a pixel's window in an image is the square around this pixel, and is empty beyond the border") {
     const graph g = make_grid(5, 4);
     CHECK(window_of(g, 7, 1) == window{7});
     CHECK(window_of(g, 7, 3) == window{1, 2, 3, 6, 7, 8, 11, 12, 13});
@@ -81,7 +82,8 @@ TEST_CASE("the window in an image is the square around its pixel, and is empty b
 }
 
 TEST_CASE("exploration goes around a silhouette, and leaves out unreachable pixels (the paper's 5 x 5 example)") {
-    // A wall right of the center's column in all rows but the last; the two pixels in the top right corner are cut off.
+    // A wall to the right of the center's column, in all rows but the last. The two pixels in the top right corner are
+    // unreachable.
     //
     //      0  1  2 | 3  4
     //               --- --
@@ -94,7 +96,7 @@ TEST_CASE("exploration goes around a silhouette, and leaves out unreachable pixe
     for (const std::int32_t i : {3, 4}) g.unlink(i, side::down);
     CHECK(window_of(g, 12, 5) ==
           window{0, 1, 2, none, none, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24});
-    // The way around leads through the bottom row, which is outside a 3 x 3 kernel.
+    // The path around the wall leads through the bottom row, which is outside a 3 x 3 kernel.
     CHECK(window_of(g, 12, 3) == window{6, 7, none, 11, 12, none, 16, 17, none});
 }
 
@@ -128,7 +130,7 @@ TEST_CASE("exploration prefers a path that starts up or down to an equally long 
 }
 
 TEST_CASE("a shorter path wins over a longer one that starts in an earlier direction") {
-    //  Two layers at (2, 0): one is two steps away, right then up; the other four, up, up, right, down.
+    // Two layers at (2, 1). The path to the first has two steps: right, up. The path to the second has four: up, up, right, down.
     testing::sketched_graph g(3, 4);
     const std::int32_t center = g.add_pixel(1, 2), right = g.add_pixel(2, 2), short_way = g.add_pixel(2, 1);
     const std::int32_t up = g.add_pixel(1, 1), up_up = g.add_pixel(1, 0), over = g.add_pixel(2, 0), long_way = g.add_pixel(2, 1);
@@ -146,7 +148,7 @@ TEST_CASE("a shorter path wins over a longer one that starts in an earlier direc
 TEST_CASE("a window around the axis of a helix stays on one turn until another turn is nearer") {
     // A spiral staircase around the corner that four lattice positions share. A turn has one pixel per position:
     //
-    //     a   b      a - c, c - d and d - b are linked. The right neighbor of a is not the b of this turn, but that of the next.
+    //     a   b      a - c, c - d and d - b are linked. The right neighbor of a is the b of the next turn.
     //     |   |
     //     c - d
     testing::sketched_graph g(2, 2);

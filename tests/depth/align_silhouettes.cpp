@@ -93,7 +93,7 @@ TEST_CASE("alignment keeps thin objects, and the depth of a third surface beside
 
     s = make_scene(80, 100, 2.0F, 0.0F, red, gray, 4.0F, disc);
     for (std::size_t y = 0; y < 80; ++y)
-        for (std::size_t x = 48; x < 60; ++x) s.given(y, x) = 0.5F;  // between both values, across the disc
+        for (std::size_t x = 48; x < 60; ++x) s.given(y, x) = 0.5F;  // a third surface across the disc, between both values
     const ldi::image<float> before = s.given;
     ldi::align_silhouettes(s.given, s.photo);
     for (std::size_t y = 0; y < 80; ++y)
@@ -129,7 +129,7 @@ TEST_CASE("alignment introduces no new disparities and returns the same result o
 }
 
 TEST_CASE("single bright pixels beside a silhouette do not attract it") {
-    // Surfaces of similar color; right of their edge, every twelfth row has a pixel far brighter than both.
+    // Two surfaces of similar color. In every twelfth row, a pixel to the right of their edge is far brighter than both.
     scene s = make_scene(72, 100, 0.0F, 0.0F, {100, 100, 100}, {70, 70, 70}, 0.0F, [](float x, float) { return x < 50.0F; });
     for (const std::size_t distance : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
         CAPTURE(distance);
@@ -181,7 +181,8 @@ TEST_CASE(
     for_each_band_row(8, jagged, [](std::int32_t least, std::int32_t most) { REQUIRE((least <= -4 && most >= 4)); });
 }
 
-TEST_CASE("a surface's color model is a normal density: near the mean, it favors smooth surfaces, elsewhere rough ones") {
+TEST_CASE(
+    "color models are normal densities: a color near the mean is likelier on a smooth surface, other colors on a rough one") {
     const auto model_of = [](int deviation) {
         ldi::detail::curves::color_sums sums;
         for (const int sign : {-1, 1}) {

@@ -54,7 +54,7 @@ image<std::uint8_t> halves(std::size_t height, std::size_t width, std::size_t ed
     return photo;
 }
 
-/// The front on the left, the back on the right, and a linear transition between columns `first` and `last`.
+/// A foreground on the left, a background on the right, and a linear transition between columns `first` and `last`.
 image<float> ramp(std::size_t height, std::size_t width, std::size_t first, std::size_t last, float slope = 0) {
     image<float> map(height, width);
     for (std::size_t y = 0; y < height; ++y)
@@ -121,9 +121,10 @@ TEST_CASE("a mirrored coarse map gives the network a mirrored input") {
     }
 }
 
-TEST_CASE("in the band, a surface gets its disparity from beyond the band, unless the two differ by more than half the step") {
+TEST_CASE(
+    "in the band, a surface gets its disparity beyond the band, unless its own differs from that by more than half the step") {
     for (const float step : {0.54F, 0.31F}) {
-        // The front slopes by 0.018 per pixel, so that it differs by 0.2 beyond the band.
+        // The front slopes by 0.018 per pixel, so its disparity beyond the band differs by about 0.2 from that at the silhouette.
         image<float> map(30, 100);
         for (std::size_t y = 0; y < 30; ++y)
             for (std::size_t x = 0; x < 100; ++x)

@@ -9,8 +9,7 @@
 
 namespace {
 
-// A disc in front of a background of another color; its depth edge is `blur` samples wide and displaced by `shift` pixels of the
-// photo.
+// A disc in front of a background of another color. The depth edge is displaced to the left by `shift` pixels of the photo.
 struct disc_scene {
     ldi::image<std::uint8_t> photo{160, 200, 3};
     ldi::image<float> truth{160, 200};
@@ -57,7 +56,7 @@ TEST_CASE("resampling creates no values between the two sides of an edge") {
         REQUIRE((std::abs(value - 0.9F) < 1e-4F || std::abs(value - 0.2F) < 1e-4F));
 }
 
-TEST_CASE("a depth edge moves by a pixel to a color edge of 24 gray levels, but not to one of 16") {
+TEST_CASE("a depth edge moves one pixel toward a color edge of 24 gray levels, but not toward one of 16") {
     const auto moves = [](int contrast) {
         ldi::image<float> map(20, 20);
         ldi::image<std::uint8_t> photo(80, 80, 3, std::uint8_t{100});

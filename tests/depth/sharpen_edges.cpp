@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <random>
 
 namespace {
@@ -93,5 +94,11 @@ TEST_CASE("a radius outside 0 to 64 is refused, and a radius of 0 changes nothin
     CHECK_THROWS_WITH(ldi::sharpen_edges(map, {}, {.radius = -1}), Catch::Contains("0 to 64") && Catch::Contains("-1"));
     CHECK(ldi::testing::raised([&] { ldi::sharpen_edges(map, {}, {.radius = 65}); }) == ldi::error_code::invalid_option);
     CHECK(ldi::sharpen_edges(map, {}, {.radius = 0}) == map);
+    for (const float limit : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
+        CHECK(ldi::testing::raised([&] { ldi::sharpen_edges(map, {}, {.min_change = limit}); }) ==
+              ldi::error_code::invalid_option);
+        CHECK(ldi::testing::raised([&] { ldi::sharpen_edges(map, {}, {.min_share = limit}); }) ==
+              ldi::error_code::invalid_option);
+    }
     CHECK(ldi::sharpen_edges(ldi::image<float>()).empty());
 }

@@ -10,8 +10,8 @@
 
 namespace {
 
-// The paper's definition, one pixel at a time: sorts the samples by value and takes the one whose sums of preceding and
-// following weights are closest to equal. Returns every sample that is within rounding of the best.
+// The paper's definition, one pixel at a time: sorts the samples by value, and finds the sample for which the sums of
+// preceding and following weights are closest to equal. Returns every sample that is within rounding of the best.
 ldi::buffer<float> best_samples(const ldi::image<float>& map, int y, int x, const ldi::weighted_median_options& options) {
     const int rows = static_cast<int>(map.height()), columns = static_cast<int>(map.width());
     const auto at = [&](int v, int u) { return map(v, u, 0); };
@@ -86,7 +86,7 @@ TEST_CASE("values farther from the center's value weigh less, even if all values
         const ldi::buffer<float> best = best_samples(map, 2, 7, {});
         const float filtered = ldi::weighted_median(map)(2, 7);
         CHECK(std::find(best.begin(), best.end(), filtered) != best.end());
-        CHECK(filtered != map(2, 7));  // the plain median
+        CHECK(filtered != map(2, 7));  // map(2, 7) is the unweighted median
     }
 }
 

@@ -45,7 +45,7 @@ neon_is_refused() { { LDI_ISA=neon run_file cortex-a53 isa || true; } | grep -q 
 
 count_step "the tests compile for 64-bit Arm" compile_tests
 names=("${tests[@]##*/}")
-count_together "with the dot product extension" with_dot_product "${names[@]%.cpp}"
-count_together "without the dot product extension" without_dot_product gemm_u8 depthwise_u8 add_u8 conv unavailable_sets
+count_together "passes with the dot product extension" with_dot_product "${names[@]%.cpp}"
+count_together "passes without the dot product extension" without_dot_product gemm_u8 depthwise_u8 add_u8 conv unavailable_sets
 
 print_tally

@@ -51,6 +51,6 @@ run_file() {
 
 count_step "the tests compile to WebAssembly" compile_tests
 names=("${tests[@]##*/}")
-count_together "in WebAssembly" run_file "${names[@]%.cpp}"
+count_together "passes in WebAssembly" run_file "${names[@]%.cpp}"
 
 print_tally

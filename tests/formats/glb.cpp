@@ -190,7 +190,7 @@ TEST_CASE("a mesh with several textures has one primitive with separate vertices
                       third = encode_jpeg(smooth_picture(24, 8, 3), 85);
     const std::vector<std::span<const std::byte>> textures{first, second, third};
     for (const bool has_first : {false, true}) {
-        // The first texture has only the strip, or also 3 x 2 vertices; the second has none; the third has 7 x 5.
+        // The first texture has the strip and, if has_first, also 3 x 2 vertices. The second has no vertices, the third 7 x 5.
         textured_mesh mesh = make_soft_sheet(3, 2, 3);
         const textured_mesh strip = mesh, sheet = make_sheet(7, 5);
         if (!has_first) mesh.positions.clear(), mesh.texture_coordinates.clear(), mesh.triangles.clear();
@@ -218,7 +218,7 @@ TEST_CASE("a mesh with several textures has one primitive with separate vertices
         const tinygltf::Primitive& soft = primitives.back();
         CHECK(accessor_values<float>(model, soft.attributes.at("POSITION")) == mesh.soft_edges.positions);
         CHECK(model.materials.at(static_cast<std::size_t>(soft.material)).alphaMode == "BLEND");
-        CHECK(model.images.size() == 2);  // nothing uses the second
+        CHECK(model.images.size() == 2);  // no triangle uses the second texture
         CHECK(model.materials.size() == primitives.size());
     }
 }
@@ -339,7 +339,7 @@ TEST_CASE("an invalid camera, motion or depth range, and a source name that is n
          {depth_range{0.0F, 1.0F}, {-1.0F, 1.0F}, {2.0F, 1.0F}, {nan, 1.0F}, {1.0F, nan}, {1.0F, infinite}}) {
         CAPTURE(range.z_near, range.z_far);
         CHECK(result_of({.camera = {}, .motion = 0.1F, .range = range}) == error_code::invalid_option);
-        CHECK_FALSE(result_of({.camera = {}, .range = range}));  // unused without motion
+        CHECK_FALSE(result_of({.camera = {}, .range = range}));  // without motion, the range is unused
     }
     CHECK_FALSE(result_of({.camera = {}, .motion = 0.1F, .range = {1.0F, 1.0F}}));
     for (const char* source : {"\xFF", "a\xC3", "\xC0\xAF.jpg", "\xED\xA0\x80", "\xF4\x90\x80\x80",

@@ -56,7 +56,7 @@ public:
     }
 };
 
-/// The primitive's accessors, in an order that aligns every part to its scalars without padding.
+/// Adds the mesh's accessors, in an order that aligns every part to its scalars without padding, and returns the primitive.
 inline tinygltf::Primitive add_geometry(glb_builder& glb, const textured_mesh& mesh) {
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
@@ -90,9 +90,9 @@ inline tinygltf::Primitive add_geometry(glb_builder& glb, const textured_mesh& m
     return primitive;
 }
 
-/// Material 0: the texture unchanged, unlit; not metallic in viewers without unlit materials.
+/// Adds material 0, which shows the unchanged texture unlit. Viewers without unlit materials show it as not metallic.
 inline void add_material(glb_builder& glb, std::span<const std::byte> texture, bool double_sided) {
-    tinygltf::Image image;  // with a view; without it, tinygltf would encode the picture again, as a data URI
+    tinygltf::Image image;  // refers to a view, because tinygltf would otherwise encode the picture again
     image.bufferView = glb.add_view(texture, 0);
     image.mimeType = detail::is_png(texture) ? "image/png" : "image/jpeg";
     glb.model.images.push_back(image);
@@ -116,7 +116,7 @@ inline void add_material(glb_builder& glb, std::span<const std::byte> texture, b
     glb.model.extensionsUsed.push_back("KHR_materials_unlit");
 }
 
-/// A node at the origin that looks along -z, the default pose of glTF's cameras.
+/// Adds a node at the origin that looks along -z, the default pose of glTF's cameras.
 inline void add_camera(tinygltf::Model& model, const pinhole_camera& photo, const textured_mesh& mesh) {
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double nearest = std::numeric_limits<double>::infinity(), farthest = 0;

@@ -45,7 +45,7 @@ def pages():
 
 def comments_in(text, where):
     if text.count("<!-- fresh:") != len(COMMENT.findall(text)):
-        sys.exit(f"{where}: a comment for tests/fresh that it does not know")
+        sys.exit(f"{where}: expected skip, late, in, first or after in a comment for tests/fresh, found another word")
     return dict(COMMENT.findall(text))
 
 

@@ -1,5 +1,6 @@
-// libFuzzer driver for the reader of Caffe2 networks. The input is a list of edits to a small valid network, so that it passes
-// the outer layers of the format without a corpus. Any result is read, built and run; ldi::error is the only valid failure.
+// libFuzzer driver for the reader of Caffe2 networks. The input is a list of edits to a small valid network, so the edited
+// network passes the outer layers of the format without a corpus. The driver reads, builds and runs this network. The only valid
+// failure is ldi::error.
 //
 //     clang++ -std=c++20 -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -I. tests/fuzz/caffe2.cpp -o fuzz_caffe2
 //     ./fuzz_caffe2 -max_len=64 -max_total_time=60

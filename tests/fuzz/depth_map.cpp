@@ -1,4 +1,4 @@
-// libFuzzer: any bytes are a depth map or raise an error. Built by clang++ -fsanitize=fuzzer,address,undefined.
+// libFuzzer: any bytes decode to a depth map or raise an error. Compile with clang++ -fsanitize=fuzzer,address,undefined.
 #include <ldi/io/depth_map.hpp>
 #include <tests/support/files.hpp>
 
@@ -7,7 +7,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::byte* const first = reinterpret_cast<const std::byte*>(data);
     ldi::testing::byte_string bytes(first, first + size);
-    // Corrects checksums; otherwise, no damage would reach the decoder.
+    // Corrects checksums. Otherwise, the reader would refuse damaged files before decoding them.
     if (ldi::detail::is_png(bytes)) bytes = ldi::testing::with_right_checksums(bytes);
     try {
         ldi::depth_map_options options;

@@ -1,7 +1,8 @@
-// libFuzzer: any depth map becomes a valid 3D photo, or raises an error. Diffusion fills hidden pixels. Built by clang++
-// -fsanitize=fuzzer,address,undefined.
+// libFuzzer: any depth map becomes a valid 3D photo, or raises an error. Diffusion fills hidden pixels. Compile with
+// clang++ -fsanitize=fuzzer,address,undefined.
 //
-// Bytes: width, height, kind (bit 0: values are float32, not bytes; 1: inverse depth), motion; then the values, repeated.
+// The input starts with four bytes: width, height, kind and motion. Bit 0 of kind states that values are float32 instead of
+// bytes, bit 1 that they are inverse depth. The other bytes are the values, which are repeated to fill the map.
 #include <ldi/core/validate.hpp>
 #include <ldi/formats/glb.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>

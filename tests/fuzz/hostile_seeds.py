@@ -1,4 +1,5 @@
-"""Adds the files that the scripts in ../shared/hostile, if present, create to the fuzzers' seeds: FOLDER/photo, FOLDER/depth_map, ...
+"""Runs the scripts in ../shared/hostile, if present, and copies the files that they create to the fuzzers' seeds: FOLDER/photo,
+FOLDER/depth_map and so on.
 
     hostile_seeds.py SOURCE_DIR FOLDER
 """

@@ -1,5 +1,5 @@
-// libFuzzer: any bytes are key frames or raise an error, and key frames produce a view at any time that the rasterizer can draw.
-// Built by clang++ -fsanitize=fuzzer,address,undefined.
+// libFuzzer: any bytes decode to key frames or raise an error. At any time, key frames produce a view that the rasterizer can
+// draw. Compile with clang++ -fsanitize=fuzzer,address,undefined.
 #include <examples/photo3d/video.hpp>
 
 #include <sys/mman.h>

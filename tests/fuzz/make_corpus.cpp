@@ -69,7 +69,7 @@ void add_pictures(const std::filesystem::path& folder) {
 #endif
 }
 
-/// Metadata that repeat the same entry.
+/// Adds photos whose metadata repeats one entry.
 void add_lists_of_lists(const std::filesystem::path& folder, const byte_string& color) {
     std::string properties;
     for (int i = 0; i < 50; ++i) properties += "<a:b/>";
@@ -119,7 +119,7 @@ void add_depth_maps(const std::filesystem::path& folder) {
     add(folder, "rows.gif", gif_file(shades, {.transparent = 7}));
     add(folder, "interlaced.gif", gif_file(shades, {.interlaced = true, .animated = true}));
     add(folder, "deep.png", encode_png(deep));
-    const std::string floats(24, '@'), doubles(48, '@');  // values of about 3 and 32
+    const std::string floats(24, '@'), doubles(48, '@');  // floats of about 3, doubles of about 32.5
     add(folder, "map.pfm", bytes_of("Pf\n3 2\n-1.0\n" + floats));
     for (const std::string type : {"<f4", "<f8"}) {
         const std::string head = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (2, 3), }\n";
@@ -136,7 +136,7 @@ void add_key_frames(const std::filesystem::path& folder) {
         {"time": 1.5e0, "position": [0.1, -2, 3], "target": [0, 1, -2], "zoom": 1.2}])"));
 }
 
-/// tests/fuzz/geometry.cpp defines the meaning of the bytes.
+/// Adds inputs in the format that tests/fuzz/geometry.cpp defines.
 void add_geometry(const std::filesystem::path& folder) {
     for (unsigned kind = 0; kind < 8; ++kind) {
         byte_string bytes = {static_cast<std::byte>(20), static_cast<std::byte>(14), static_cast<std::byte>(kind),

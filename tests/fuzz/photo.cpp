@@ -1,5 +1,5 @@
-// libFuzzer: any bytes are a photo, with or without depth inside, or raise an error. Built by clang++
-// -fsanitize=fuzzer,address,undefined.
+// libFuzzer: any bytes decode to a photo, with or without depth inside, or raise an error. Compile with
+// clang++ -fsanitize=fuzzer,address,undefined.
 #include <ldi/io/photo_depth.hpp>
 #include <tests/support/files.hpp>
 
@@ -9,14 +9,14 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::byte* const first = reinterpret_cast<const std::byte*>(data);
     ldi::testing::byte_string bytes(first, first + size);
-    // Corrects checksums; otherwise, no damage would reach the decoder.
+    // Corrects checksums. Otherwise, the reader would refuse damaged files before decoding them.
     if (ldi::detail::is_png(bytes)) bytes = ldi::testing::with_right_checksums(bytes);
     ldi::photo_options options;
     options.limits.max_pixels = std::size_t{1} << 20, options.limits.max_scanned_samples = 1 << 24;
     options.limits.max_memory = 200'000'000;
     try {
         const ldi::photo_with_depth found = ldi::decode_photo_with_depth(bytes, options);
-        // Every file that can be decoded can be estimated; an error would end the fuzzer.
+        // The reader can estimate every file that it can decode. An error here ends the fuzzer.
         [&]() noexcept { ldi::estimate_photo_with_depth(bytes, options); }();
         if (!found.depth) return 0;
         for (const float v : found.depth->disparity)

@@ -1,5 +1,5 @@
 // libFuzzer: arbitrary bytes either decode to an 8-bit network that runs, or raise an error. Fused layers must produce the
-// results of single layers. Built by clang++ -fsanitize=fuzzer,address,undefined; start from
+// results of single layers. Compile with clang++ -fsanitize=fuzzer,address,undefined. The corpus is
 // tests/fuzz/corpus/quantized_weights.
 #include <ldi/io/weight_files.hpp>
 

@@ -1,6 +1,6 @@
-// libFuzzer: any bytes are a weight file or raise an error, and any weight file is an inpainting network or raises an error. The
-// shipped network, in 8-bit arithmetic, inpaints any picture with any holes. Built by clang++
-// -fsanitize=fuzzer,address,undefined; start from tests/fuzz/corpus/safetensors.
+// libFuzzer: any bytes decode to a weight file or raise an error, and any weight file decodes to an inpainting network or raises
+// an error. The shipped network, in 8-bit arithmetic, inpaints any picture with any holes. Compile with clang++
+// -fsanitize=fuzzer,address,undefined. The corpus is tests/fuzz/corpus/safetensors.
 #include <ldi/io/weight_files.hpp>
 
 #include <cstddef>
@@ -10,7 +10,8 @@
 
 namespace {
 
-/// Bytes: height and width, then colors; the lowest bits of the colors mark known pixels.
+/// Inpaints a picture. The bytes are its height, its width and its colors. The lowest bit of a pixel's first color value states
+/// whether the pixel is known.
 void inpaint_in_bytes(std::span<const std::byte> bytes) {
     static const ldi::farbrausch network =
         ldi::load_farbrausch(LDI_SOURCE_DIR "/examples/models/farbrausch.safetensors", ldi::arithmetic::int8);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks the table of bench/run.sh: it names the processor of the measurement, not that of this machine, and marks rows with a large
-spread. Checks that the committed tables mark these rows, too, and that the pages cite only revisions of this repository."""
+"""Checks that the table of bench/run.sh names the processor of the measurement, not that of this machine, and marks rows with a large
+spread. Also checks that the committed tables mark rows with a large spread, and that pages cite only revisions of this repository."""
 
 import json
 import re
@@ -36,13 +36,13 @@ with tempfile.TemporaryDirectory() as folder:
     products = results(folder, "products.json", None, [1000], "kernels/gemm_u8", **{"GMAC/s": 10, "share_of_peak": 0.5})
     checks = {"the processor is that of the measurement": table(even).startswith("some processor;"),
               "a missing processor is not replaced by that of this machine": table(unnamed).startswith("processor not recorded;"),
-              "of an even number of runs, the median is the mean of the middle two": "| 1.05 ms | 9 % |" in table(even),
+              "the median of an even number of runs is the mean of the two middle times": "| 1.05 ms | 9 % |" in table(even),
               "a spread above 10 % is bold": "| 1.2 ms | **30 %** |" in table(noisy),
-              "a comparison of two processors is a warning": "warning" in table(even, "--same", noisy) and not table(even, "--same", even),
-              "a rate in GB/s below the peak has a share of the peak": "| 10 GB/s, 0.50 |" in table(streamed),
-              "a rate in GB/s above the peak says so instead": "| 50 GB/s, > peak |" in table(cached),
-              "a kernel's rate in GB/s has none, because its data stays in caches": "| 10 GB/s |" in table(kernel),
-              "a kernel's rate in GMAC/s has a share of the peak": "| 10 GMAC/s, 0.50 |" in table(products),
+              "comparing two processors prints a warning": "warning" in table(even, "--same", noisy) and not table(even, "--same", even),
+              "a rate in GB/s below the peak is followed by its share of the peak": "| 10 GB/s, 0.50 |" in table(streamed),
+              "a rate in GB/s above the peak is followed by '> peak'": "| 50 GB/s, > peak |" in table(cached),
+              "a kernel's rate in GB/s has no share of the peak, because its data stays in caches": "| 10 GB/s |" in table(kernel),
+              "a kernel's rate in GMAC/s is followed by its share of the peak": "| 10 GMAC/s, 0.50 |" in table(products),
               "the processor's name has no commas": "," not in table("--processor")}
 ROOT = TABLE.parent.parent
 for page in ("README.md", "notes/table.md"):

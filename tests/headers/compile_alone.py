@@ -3,8 +3,9 @@
 
     compile_alone.py EVERYTHING COMPILER [FLAG...]     EVERYTHING: a header that includes all headers to check
 
-A translation unit checks several headers: if each one includes the one before it, directly or through other headers, the compiler sees
-before each header only what this header includes anyway. This takes 40 % of the time of one unit for each header.
+Each translation unit checks a list of headers. Every header in the list includes the previous one, directly or through other headers, so
+before each header, the compiler sees only code that this header includes anyway. This takes 40 % of the time that one unit per header
+would take.
 """
 
 import os
@@ -32,7 +33,7 @@ def included_by(header):
 
 
 def units_of(headers):
-    """Divides headers into lists, in each of which every header includes the one before it."""
+    """Divides headers into lists. In each list, every header includes the previous one."""
     units = []
     for header in sorted(headers, key=lambda header: (len(included_by(header)), header)):
         before = [unit for unit in units if unit[-1] in included_by(header)]
@@ -44,7 +45,7 @@ def units_of(headers):
 
 
 def compile_unit(unit):
-    """Returns the compiler's messages; empty if it accepts the headers, each of which comes twice."""
+    """Compiles headers, each included twice. Returns the compiler's messages, or an empty text if the compiler accepts the headers."""
     text = "".join(f"#include <{header}>\n" * 2 for header in unit)
     done = subprocess.run([*compiler, "-std=c++20", f"-I{INCLUDE}", "-fsyntax-only", "-x", "c++", "-"], input=text, capture_output=True,
                           text=True)

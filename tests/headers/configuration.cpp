@@ -1,4 +1,4 @@
-// One of the translation units that configurations.py compiles into one program with different flags.
+// A translation unit that configurations.py compiles several times, with different flags, and links into one program.
 #include <ldi/ldi.hpp>
 
 #include <vector>
@@ -10,7 +10,7 @@ struct temperature {
     static constexpr scalar new_pixel(scalar origin) { return ldi::zeroed(origin); }
 };
 
-/// Computes a number with many parts of the library; it must be the same in every configuration.
+/// Computes a number with many parts of the library. The number must be the same in every configuration.
 double LDI_UNIT() {
     ldi::graph_builder builder(ldi::make_grid(9, 7));
     builder.unlink(10, ldi::side::right);

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Checks that translation units with different compiler flags work in one program and share no function of ldi. Of two functions with the
-same name, the linker keeps only one, which might round differently or use instructions that the processor lacks.
+"""Checks that translation units with different compiler flags work in one program and share no function of ldi. If two units
+define a function of the same name, the linker keeps only one of the two functions. The kept one might round differently, or use
+instructions that the processor lacks.
 
     configurations.py FOLDER COMPILER [FLAG...]     builds in FOLDER
 """
@@ -15,7 +16,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-# Without optimization, the compiler inlines nothing, so an object shows every function that it shares.
+# Without optimization, the compiler inlines nothing, so the symbols of an object include every function that it shares.
 SETTINGS = {"plain": ["-O0"], "without_exceptions": ["-O0", "-fno-exceptions"], "ndebug": ["-O0", "-DNDEBUG"],
             "own_assert": ["-O0", "-DLDI_ASSERT(condition)=static_cast<void>(condition)"],
             "standard": ["-O0", "-DLDI_STANDARD_ONLY"], "without_rtti": ["-O0", "-fno-rtti"],

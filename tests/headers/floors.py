@@ -7,7 +7,7 @@ import re
 import sys
 from pathlib import Path
 
-# Maps each folder, and some headers, to the folders that they may include. Users of the geometry compile no network.
+# Maps each folder, and some headers, to the folders that they may include. Programs that use only the geometry compile no network.
 FLOORS = {
     "base": "",
     "core": "base",

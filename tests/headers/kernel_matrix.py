@@ -15,14 +15,14 @@ sets = re.findall(r'instruction_set\{\s*isa::(\w+),\s*"(\w+)",\s*\{[^}]*\},\s*is
 name_of = {identifier: name for identifier, name, _ in sets}
 wrong = []
 if names != [name for _, name, _ in sets]:
-    wrong.append(f"the matrix has the sets {names}, isa.hpp {[name for _, name, _ in sets]}")
+    wrong.append(f"the matrix has the instruction sets {names}, but isa.hpp has {[name for _, name, _ in sets]}")
 
 families = {}
 for first, *cells in rows:
     if first == "fallback":
         expected = ["" if identifier == "scalar" else name_of[otherwise] for identifier, _, otherwise in sets]
         if cells != expected:
-            wrong.append(f"the matrix has the fallbacks {cells}, isa.hpp {expected}")
+            wrong.append(f"the matrix has the fallbacks {cells}, but isa.hpp has {expected}")
     else:
         families[re.match(r"`(\w+)`", first).group(1)] = {name for name, cell in zip(names, cells) if cell}
 
@@ -38,6 +38,6 @@ for family, claimed in families.items():
     for name in names:
         has_file = bool(FILES.get(name, {name}) & files)
         if len({name in claimed, name in tabled, has_file}) != 1:
-            wrong.append(f"{family} with {name}: matrix {name in claimed}, table {name in tabled}, file {has_file}")
+            wrong.append(f"{family}, kernel for {name}: in the matrix {name in claimed}, in the table {name in tabled}, a file {has_file}")
 if wrong:
     sys.exit("\n".join(wrong))

@@ -1,8 +1,8 @@
-"""Writes small files that would take long to process if ldi did not limit the work for each of them, and a sound photo.
+"""Writes a sound photo, and small files that would take long to process if ldi did not limit its work per file.
 
     costly_files.py FOLDER SOUND_PHOTO
 
-Names start with the kind of the file, from which hostile.py chooses the program's arguments.
+A file's name starts with its kind. hostile.py chooses the program's arguments by this kind.
 """
 import io
 import json
@@ -76,7 +76,7 @@ def tiff_strips(height, size):
 
 
 def profile(elements):
-    """A color profile whose transform has many elements, all of them the same bytes."""
+    """A color profile whose transform has many elements, all of which refer to the same bytes."""
     matrix = b"matf" + bytes(4) + struct.pack(">HH", 3, 3) + struct.pack(">12f", 1, 0, 0, 0, 1, 0, 0, 0, 1, 0.001, 0, 0)
     place = 16 + 8 * elements
     tag = b"mpet" + bytes(4) + struct.pack(">HHI", 3, 3, elements) + struct.pack(">II", place, len(matrix)) * elements + matrix

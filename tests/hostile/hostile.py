@@ -13,7 +13,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 MAX_SECONDS, MAX_MEGABYTES = 10, 1000
-EXIT_CODES = (0, 1, 2)  # not 75, "short of memory": every run may use more memory than it needs
+EXIT_CODES = (0, 1, 2)  # 75 (short of memory) is a failure, because every run gets enough memory
 
 
 def arguments_for(name, hostile, sound):
@@ -41,7 +41,7 @@ def measure(command, folder):
     with tempfile.TemporaryFile() as said:
         environment = {**os.environ, "TMPDIR": folder}
         process = subprocess.Popen([*LIMITS, *command], cwd=folder, stdout=subprocess.DEVNULL, stderr=said, env=environment)
-        deadline = time.monotonic() + 30 * MAX_SECONDS  # stops endless runs only, so that a busy machine does not fail the test
+        deadline = time.monotonic() + 30 * MAX_SECONDS  # ends only endless runs, even on a busy machine
         while True:
             ended, status, used = os.wait4(process.pid, os.WNOHANG)
             if ended:

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
-# Runs the optimized program on malicious files: those of costly_files.py, and those that the scripts in ../shared/hostile create if they
-# are present. Every run must end with exit code 0, 1 or 2, within 10 s of processor time and 1 GB, and leave no file behind. Ends with "N passed,
-# N failed".
+# Runs the optimized program on malicious files. costly_files.py and, if present, the scripts in ../shared/hostile create these files. Every
+# run must end with exit code 0, 1 or 2, within 10 s of processor time and 1 GB, and leave no file behind. Ends with "N passed, N failed".
 #
 #   PROGRAM=build/photo3d/examples/photo3d tests/hostile/run.sh [PATTERN...]
 #

@@ -51,7 +51,7 @@ TEST_CASE("grain is as strong as the surrounding noise times the option `strengt
             ldi::add_grain(layers, options);
             const double found = deviation_inside(layers), expected = strength * deviation;
             INFO("noise of " << deviation << " around, grain of " << found << " at strength " << strength);
-            // rounding to integers adds 1/12 to the variance
+            // Rounding to integers adds 1/12 to the variance.
             REQUIRE(std::abs(found - std::hypot(expected, std::sqrt(1.0 / 12))) < 0.12 * expected + 0.1);
         }
 }
@@ -83,7 +83,7 @@ TEST_CASE("grain changes no color in smooth surroundings, and changes colors bes
             for (std::int32_t i = 0; i < width * height; ++i) {
                 const std::int32_t x = i % width, from_hole = std::max(39 - x, x - 80);
                 layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] = x < 40 || x >= 80 ? 1 : 0;
-                // like lens blur from a removed surface, 150 levels darker
+                // like lens blur from a removed surface that was 150 levels brighter
                 const int smear = edge && from_hole >= 0 && from_hole < 3 ? 75 >> (3 * from_hole) : 0;
                 for (std::uint8_t& channel : layers.at<ldi::color_column>(i))
                     channel = static_cast<std::uint8_t>(steepness * x + smear);
@@ -151,7 +151,7 @@ TEST_CASE("noise on another surface adds no grain") {
         const std::int32_t x = i % width;
         if (x == 40 || x == 79)
             layers.edit_links([&](ldi::link_editor& links) { links.unlink(i, x == 40 ? ldi::side::left : ldi::side::right); });
-        if (x == 45 || x == 74)  // a smooth rim, on the band's side of the cut
+        if (x == 45 || x == 74)  // a known column without noise, on the band's side of the cut
             layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] = 1;
     }
     ldi::add_grain(layers);

@@ -26,7 +26,7 @@ struct disc_scene {
     disc_scene(std::mt19937& random, float blur) {
         std::uniform_real_distribution<float> unit(0.0F, 1.0F);
         const float x0 = 60 + 4 * unit(random), y0 = 60 + 4 * unit(random), radius = 30 + 8 * unit(random);
-        // Two different colors, with waves of a tenth of their distance.
+        // Two different colors, both with waves of amplitude 10.
         const color disc{200 + 40 * unit(random), 20 + 60 * unit(random), 20 + 80 * unit(random)};
         const color wall{20 + 60 * unit(random), 120 + 60 * unit(random), 150 + 60 * unit(random)};
         ldi::image<std::uint8_t> picture(size, size, 3);
@@ -139,8 +139,8 @@ TEST_CASE(
 }
 
 TEST_CASE("a color near a sample of one surface is assigned to that surface, even if a mixture would explain it") {
-    // Halfway between the first foreground sample and the backgrounds, whose contrast is 200. "Near" means up to a third of
-    // it.
+    // The color is halfway between the first foreground sample and the background samples, whose contrast is 200. A sample is
+    // near if its distance is at most a third of this contrast.
     const ldi::detail::float_color middle{120, 100, 100}, backgrounds[] = {{20, 100, 100}, {20, 100, 100}};
     for (const auto& [distance, is_near] : {std::pair{30.0F, true}, {60.0F, true}, {80.0F, false}, {150.0F, false}}) {
         CAPTURE(distance);
@@ -209,7 +209,7 @@ TEST_CASE("if a pixel is half foreground, cleaning halves the deviation of its f
     CHECK(cleaned[2] == Approx(120).margin(4));
 }
 
-TEST_CASE("for photos above 1536 pixels, margins grow with the photo's size") {
+TEST_CASE("margins grow in proportion for photos whose long side exceeds 1536 pixels") {
     ldi::image<float> map(24, 3072);
     for (std::size_t y = 0; y < 24; ++y)
         for (std::size_t x = 0; x < 3072; ++x) map(y, x, 0) = x < 1500 ? 0.2F : 0.8F;

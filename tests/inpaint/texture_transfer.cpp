@@ -30,8 +30,8 @@ void set_color(photo_layers& layers, std::int32_t pixel, const rgb& color) {
         layers.at<color_column>(pixel)[c] = static_cast<std::uint8_t>(std::clamp(color[c], 0, 255));
 }
 
-/// One surface with the colors that shown() returns, except in an unknown band in the middle, which has the colors of
-/// answer(), in place of an inpainter's result.
+/// One surface with an unknown band in the middle. Known pixels have the colors that shown() returns. Pixels in the band have the
+/// colors that answer() returns, which stand for an inpainter's result.
 template <class Shown, class Answer>
 photo_layers around_a_band(const Shown& shown, const Answer& answer) {
     photo_layers layers(make_grid(columns, rows));
@@ -45,7 +45,7 @@ photo_layers around_a_band(const Shown& shown, const Answer& answer) {
 
 const grain_options no_grain{.strength = 0.0F};
 
-/// Mean absolute difference of green between vertical neighbors, inside the band or outside.
+/// Mean absolute difference of green between vertical neighbors, inside or outside the band.
 double vertical_gradient(const photo_layers& layers, bool inside) {
     double sum = 0, count = 0;
     for (std::int32_t i = 0; i < columns * (rows - 1); ++i)
@@ -175,8 +175,10 @@ TEST_CASE("more than 90 percent of adjacent cells copy texture from adjacent sou
     CHECK(coherent > 0.9 * pairs);
 }
 
-TEST_CASE("two rounds find a similar source for two thirds of the cells, although the nearest known pixels are not similar") {
-    // Waves of color along columns. The inpainter continued them half a period off, so similar sources lie 16 rows away.
+TEST_CASE(
+    "two search rounds find a similar source for two thirds of the cells even if the nearest known pixels are not similar") {
+    // Waves of color along columns, with a period of 32 rows. In the hole, they are shifted by half a period, so similar sources
+    // are 16 rows away.
     const auto wave = [](std::int32_t x, std::int32_t y) {
         const int value = 128 + static_cast<int>(std::lround(60 * std::sin(3.14159265 / 16 * (in_hole(x) ? y + 16 : y))));
         return rgb{value, value, value};

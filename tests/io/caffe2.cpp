@@ -23,8 +23,8 @@ namespace {
 using ldi::testing::caffe2_files;
 using ldi::testing::octets;
 
-/// Reads, builds and runs the network. Returns the error's text, or nothing on success. Any exception except ldi::error fails the
-/// test.
+/// Reads, builds and runs the network. Returns the error's text, or an empty text on success. Any exception except ldi::error
+/// fails the test.
 std::string error_of(const caffe2_files& files) {
     try {
         const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights));
@@ -39,7 +39,8 @@ std::string error_of(const caffe2_files& files) {
     return "";
 }
 
-/// The small network with the first occurrence of `from` in one of its files replaced by `to`, of the same length.
+/// Returns the error for the small network after the first occurrence of `from` in one of its files is replaced by `to`, which
+/// has the same length.
 std::string error_with(const std::string& from, const std::string& to, bool in_weights = false) {
     REQUIRE(from.size() == to.size());
     caffe2_files files = ldi::testing::small_network();
@@ -106,7 +107,7 @@ TEST_CASE("errors name the operator, what was expected, and what was found") {
     CHECK(contains(error_with("\"\x04NHWC", "\"\x04NCHW"), "expected NHWC, found NCHW"));
     CHECK(contains(error_with("half_w", "halb_w"), "expected a tensor of the weight file, found halb_w"));
     CHECK(contains(error_with("half_w", "halb_w", true), "half_w"));
-    CHECK(contains(error_with("mixed_b", "mixed_w"), "expected weights for a single operator, found mixed_w again"));
+    CHECK(contains(error_with("mixed_b", "mixed_w"), "expected weights that only one operator uses, found mixed_w again"));
     CHECK(contains(error_with("Int8GivenTensorFill", "Int8GivenTensorFall", true), "Int8GivenTensorFall first_w"));
     CHECK(contains(error_with("Y_scale", "Y_skale"), "the argument Y_scale"));
     CHECK(contains(error_with("strides", "strikes"), "the argument strides"));
@@ -124,7 +125,8 @@ TEST_CASE("errors name the operator, what was expected, and what was found") {
 TEST_CASE("kernels that are not square are refused, and so is an empty list of kernel sizes") {
     const std::string square("shape\x30\x08\x30\x03\x30\x03\x30\x03", 13), oblong("shape\x30\x08\x30\x03\x30\x01\x30\x09", 13);
     CHECK(contains(error_with(square, oblong, true), "kernels: expected a square kernel with the size of the weights, found 3"));
-    // Damages the network like the fuzzer's seed: readers skip field 7, so the list of kernels becomes empty.
+    // Applies the edits of a fuzzer's seed, which turn the list of kernel sizes into field 7. Readers skip this field, so the
+    // list is empty.
     const octets edits = ldi::testing::read_bytes(LDI_SOURCE_DIR "/tests/fuzz/corpus/caffe2/no_kernels");
     REQUIRE(edits.size() == 16);
     CHECK(contains(error_of(ldi::testing::damaged(ldi::testing::small_network(), edits.data(), edits.size())),
@@ -140,7 +142,7 @@ TEST_CASE("empty, truncated, swapped and unrelated files are refused") {
     CHECK_FALSE(error_of({octets(text.begin(), text.end()), sound.weights}).empty());
     for (std::size_t size = 0; size < sound.network.size(); ++size) {
         octets cut(sound.network.begin(), sound.network.begin() + static_cast<std::ptrdiff_t>(size));
-        // The external output is at the end; every cut removes it or an operator.
+        // The file ends with the external output. Every cut removes this output or an operator.
         CHECK_FALSE(error_of({cut, sound.weights}).empty());
     }
     for (std::size_t size = 0; size < sound.weights.size(); ++size) {
@@ -208,14 +210,14 @@ TEST_CASE("the published network with random damage raises an error or loads") {
     CHECK(refused > 5);
 }
 
-TEST_CASE("files of thousands of nameless operators or arguments are refused with less memory than the file's size") {
+TEST_CASE("refusing a file with thousands of nameless operators or arguments needs less memory than the file's size") {
     const auto repeated = [](std::initializer_list<std::uint8_t> message, std::size_t count) {
         octets file;
         for (std::size_t i = 0; i < count; ++i) file.insert(file.end(), message);
         return file;
     };
     const octets arguments = repeated({0x2A, 0}, 50'000);
-    octets one_operator = {0x12, 0xA0, 0x8D, 0x06};  // of 100,000 bytes
+    octets one_operator = {0x12, 0xA0, 0x8D, 0x06};  // an operator of 100,000 bytes
     one_operator.insert(one_operator.end(), arguments.begin(), arguments.end());
     for (const octets& file : {repeated({0x12, 0}, 50'000), one_operator}) {
         ldi::testing::counted_memory memory;

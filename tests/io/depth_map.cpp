@@ -24,7 +24,7 @@ image<float> random_map(std::size_t height, std::size_t width, std::mt19937& ran
     return map;
 }
 
-/// Compares maps; NaN equals NaN.
+/// Whether two maps are equal. NaN equals NaN.
 bool same(const image<float>& a, const image<float>& b) {
     if (!same_shape(a, b)) return false;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -51,7 +51,7 @@ byte_string pfm_file(const image<float>& map, bool little_endian, const std::str
 struct npy_layout {
     bool is_double = false, little_endian = true, columns_first = false;
     int version = 1;
-    std::string shape = "";  ///< as Python prints it; empty: (H, W)
+    std::string shape = "";  ///< as Python prints it; an empty text stands for (H, W)
 };
 
 byte_string npy_header(const std::string& dictionary, int version) {

@@ -30,10 +30,10 @@ namespace ldi::testing {
 struct heif_writing {
     heif_compression_format format = heif_compression_HEVC;
     byte_string exif = {}, icc = {};
-    unsigned primaries = 0;  ///< code of the color primaries, with sRGB's curve; 0: sRGB's primaries, too
+    unsigned primaries = 0;  ///< code of the color primaries; 0 for sRGB's. The curve is always sRGB's
 };
 
-/// Makes a lossless file; nothing if libheif has no encoder for the format.
+/// Makes a lossless file. Returns std::nullopt if libheif has no encoder for the format.
 ///
 /// picture  H x W x 3, or x 4 with alpha, which becomes an auxiliary picture
 inline std::optional<byte_string> heif_file_of(const image<std::uint8_t>& picture, const heif_writing& writing = {}) {
@@ -56,7 +56,7 @@ inline std::optional<byte_string> heif_file_of(const image<std::uint8_t>& pictur
     const std::size_t row = picture.width() * picture.channels();
     for (std::size_t y = 0; y < picture.height(); ++y)
         std::memcpy(to + y * static_cast<std::size_t>(stride), picture.row(y), row);
-    heif_color_profile_nclx* const identity = heif_nclx_color_profile_alloc();  // RGB unchanged: no rounding to YCbCr
+    heif_color_profile_nclx* const identity = heif_nclx_color_profile_alloc();  // keeps RGB, because YCbCr would round colors
     heif_nclx_color_profile_set_matrix_coefficients(identity, 0);
     heif_nclx_color_profile_set_color_primaries(identity,
                                                 static_cast<std::uint16_t>(writing.primaries == 0 ? 1 : writing.primaries));
@@ -113,7 +113,7 @@ inline byte_string riff_chunk_of(const std::string& name, const byte_string& bod
     return chunk;
 }
 
-/// Makes a lossless file of an H x W x 3 or x 4 picture, with EXIF and a profile unless empty.
+/// Makes a lossless file of an H x W x 3 or H x W x 4 picture, with the EXIF data and the profile unless they are empty.
 inline byte_string webp_file(const image<std::uint8_t>& picture, const byte_string& exif = {}, const byte_string& icc = {}) {
     std::uint8_t* encoded = nullptr;
     const int width = static_cast<int>(picture.width()), height = static_cast<int>(picture.height());

@@ -56,7 +56,7 @@ TEST_CASE("a failed write keeps the existing content and leaves no temporary fil
     CHECK(folder.file_count() == 1);
 }
 
-TEST_CASE("a device file is written to instead of being replaced") {
+TEST_CASE("write_file() writes to a device file instead of replacing it") {
     if (!std::filesystem::is_character_file("/dev/null") || !std::filesystem::is_character_file("/dev/full")) return;
     write_file("/dev/null", bytes_of("gone"));
     CHECK(std::filesystem::is_character_file("/dev/null"));
@@ -89,7 +89,7 @@ TEST_CASE("only the owner can read a file's new content before the file is repla
     const scratch_folder folder;
     write_file(folder / "secret", bytes_of("old"));
     std::filesystem::permissions(folder / "secret", std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
-    // The child process dies in the middle of writing, because its files may have at most 1000 bytes.
+    // A limit of 1000 bytes per file ends the child process in the middle of writing.
     const pid_t child = ::fork();
     REQUIRE(child >= 0);
     if (child == 0) {

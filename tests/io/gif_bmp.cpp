@@ -69,7 +69,7 @@ TEST_CASE("transparent pixels of a GIF file, and pixels outside its first frame,
     image<std::uint8_t> shades = shades_of(3, 4);
     const photo with_hole = decode_photo(gif_file(shades, {.transparent = 7}));
     image<std::uint8_t> expected = colors_of(shades);
-    for (std::size_t c = 0; c < 3; ++c) expected(0, 1, c) = 255;  // its shade is 7
+    for (std::size_t c = 0; c < 3; ++c) expected(0, 1, c) = 255;  // the transparent shade
     CHECK(largest_difference(with_hole.color, expected) == 0);
     const photo framed = decode_photo(gif_file(shades, {.left = 2, .top = 1, .screen_width = 8, .screen_height = 5}));
     REQUIRE(framed.color.width() == 8);
@@ -104,6 +104,6 @@ TEST_CASE("a BMP file with less data than its size requires, and a GIF file with
     for (const std::size_t at : {18U, 19U, 22U, 23U}) bmp[at] = std::byte{0x20};
     CHECK(raised([&] { decode_photo(bmp); }) == error_code::invalid_data);
     byte_string gif = gif_file(shades_of(4, 4));
-    for (const std::size_t at : {6U, 7U, 8U, 9U}) gif[at] = std::byte{0xFF};  // the screen size, which no frame must fill
+    for (const std::size_t at : {6U, 7U, 8U, 9U}) gif[at] = std::byte{0xFF};  // the screen size; frames may be smaller
     CHECK(raised([&] { decode_photo(gif); }) == error_code::too_large);
 }

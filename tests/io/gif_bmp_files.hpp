@@ -17,7 +17,7 @@ inline byte_string little_endian(std::uint32_t value, int size) {
     return byte_string(bytes.rbegin(), bytes.rend());
 }
 
-/// Returns the color of one of 256 shades, which all differ.
+/// Returns the color of one of 256 different shades.
 inline std::array<std::uint8_t, 3> shade(unsigned index) {
     return {static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(255 - index), static_cast<std::uint8_t>(index / 2)};
 }
@@ -30,7 +30,7 @@ struct gif_writing {
     bool has_end_code = true, clears_table = true;
 };
 
-/// A GIF file of an H x W x 1 picture of shades. Clears the code table before codes become longer, or never.
+/// A GIF file of an H x W x 1 picture of shades. If `clears_table`, clears the code table before codes exceed 9 bits.
 inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writing& writing = {}) {
     const std::uint32_t width = static_cast<std::uint32_t>(picture.width()),
                         height = static_cast<std::uint32_t>(picture.height());
@@ -81,7 +81,7 @@ inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writin
     };
     add_frame();
     if (writing.animated) {
-        std::reverse(bits.begin(), bits.end());  // another frame
+        std::reverse(bits.begin(), bits.end());  // a second frame with other pixels
         add_frame();
     }
     file.push_back(std::byte{';'});

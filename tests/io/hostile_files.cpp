@@ -25,7 +25,7 @@ const image<std::uint8_t> small = smooth_picture(24, 32, 3);
 const byte_string small_jpeg = encode_jpeg(small, 80);
 const std::string identifier(32, 'A');
 
-/// A JPEG file with this XMP, in as many segments as necessary.
+/// A JPEG file with this XMP packet, split into as many segments as necessary.
 byte_string with_extended_xmp(const std::string& packet) {
     byte_string segments =
         xmp_segment(xmp_packet("xmlns:xmpNote=\"http://ns.adobe.com/xmp/note/\" xmpNote:HasExtendedXMP=\"" + identifier + "\""));
@@ -70,7 +70,8 @@ TEST_CASE("XMP with many elements, attributes or levels needs bounded memory per
     }
 }
 
-TEST_CASE("an XMP prefix means the namespace of the nearest enclosing declaration, and nothing outside it") {
+TEST_CASE(
+    "an XMP prefix stands for the namespace of the nearest enclosing declaration, and is undefined outside of its declarations") {
     const byte_string packet = bytes_of(
         "<r xmlns:a='outer/'><a:one/><s xmlns:a='inner' a:two='2'><a:three>3</a:three></s><s a:four=''/><b:five/>"
         "<s xmlns:b='sibling'/><s b:six=''/><a:s xmlns:a='own'/></r>");
@@ -82,7 +83,7 @@ TEST_CASE("an XMP prefix means the namespace of the nearest enclosing declaratio
     CHECK(found == std::vector<std::string>{"outer:one", "inner:two", "inner:three", "outer:four", "own:s"});
 }
 
-TEST_CASE("only the first 16 XMP packets of a JPEG file are read, and the budget is charged a page of memory for each") {
+TEST_CASE("only the first 16 XMP packets of a JPEG file are read, and each counts as at least 32 KiB toward the memory limit") {
     const byte_string packet = bytes_of("<a b:c='1' xmlns:b='u'/>");
     detail::decoding_budget budget({}, {}, 0);
     detail::xmp_properties xmp;
@@ -141,7 +142,7 @@ TEST_CASE("one memory limit covers the photo, its depth map and the map's confid
     };
     CHECK(decode_photo_with_depth(file).depth);
     CHECK(refused_within(2 * of_photo + 2 * of_map) == "");
-    // Each of the three fits alone, and so do two of them.
+    // The limits allow first the photo and its map, then only the photo, then nothing.
     const std::size_t decoding = of_photo - detail::max_profile_memory;
     CHECK_THAT(refused_within(decoding + of_map + of_map / 2), Catch::Contains("confidence") && Catch::Contains("are left"));
     CHECK_THAT(refused_within(decoding + of_map / 2), Catch::Contains("Dynamic Depth") && Catch::Contains("are left"));
@@ -158,7 +159,7 @@ TEST_CASE("HEIC items with many properties, two configurations or too many coded
             detail::heif_items(file, budget, "file").take_primary(budget);
         });
     };
-    byte_string record(23);  // of a decoder configuration without units, for lengths of one byte
+    byte_string record(23);  // a decoder configuration without coded units; lengths of units have one byte
     const byte_string configuration = box("hvcC", record), data(10), size = size_box(64, 64);
     const auto one_item = [&](const std::vector<std::uint32_t>& uses, std::size_t bytes) {
         return file_items{{{1, "hvc1", {{0, bytes}}}}, {configuration, size}, {{1, uses}}};
@@ -173,8 +174,8 @@ TEST_CASE("HEIC items with many properties, two configurations or too many coded
     CHECK(code_of(split, data) == error_code::too_large);
     CHECK(code_of(one_item({1, 2, 1}, 10), data) == error_code::invalid_data);
 
-    // An overlay of one item with 900 kB of data
-    record[21] = std::byte{3};  // lengths of four bytes
+    // An overlay that contains one item with 900 kB of data several times.
+    record[21] = std::byte{3};  // lengths of units have four bytes
     for (const std::size_t uses_of_item : {20U, 60U}) {
         byte_string coded(900'000);
         const byte_string places = overlay_data(64, 64);
@@ -226,7 +227,7 @@ TEST_CASE("decoding and estimating refuse recursive, nested, oversized and empty
             INFO(name);
             const auto decode = [&file = file] { decode_photo_with_depth(file); };
             const std::optional<double> bytes = peak_memory(decode);
-            REQUIRE(bytes);  // not ended by a signal
+            REQUIRE(bytes);  // no value if a signal ended the process
             CHECK(*bytes < 20 * megabyte);
             const std::optional<error_code> code = raised(decode);
             CHECK((code == error_code::invalid_data || code == error_code::too_large || code == error_code::unsupported));
@@ -311,7 +312,7 @@ TEST_CASE("TIFF entries that share bytes count once per reference toward the mem
     CHECK(raised([&] { decode_photo(tile); }) == error_code::too_large);
     CHECK(*peak_memory([&] { decode_photo(tile); }) < 20 * megabyte);
 
-    // 64 tiles, of which only the first row is inside the picture
+    // 64 tiles, each with only its first row inside the picture
     const byte_string high_tiles = tiff({{256, 4, 1, 1024},
                                          {257, 4, 1, 1},
                                          {258, 3, 1, 8},
@@ -358,7 +359,7 @@ TEST_CASE("EXIF entries that refer to the same bytes need less than 20 bytes of 
 }
 
 TEST_CASE("a GIF file whose codes expand to fewer or more pixels than its picture is refused") {
-    // 64 x 64 pixels, codes of 9 bits: a clear code and one pixel, then longer and longer repetitions of it.
+    // 64 x 64 pixels. The codes are a clear code and one pixel, then longer and longer repetitions of this pixel.
     const auto gif = [](unsigned codes) {
         byte_string file = bytes_of(std::string_view("GIF89a\x40\0\x40\0\0\0\0,\0\0\0\0\x40\0\x40\0\0\x08", 24));
         byte_string bits;
@@ -382,7 +383,7 @@ TEST_CASE("a GIF file whose codes expand to fewer or more pixels than its pictur
         append(file, bytes_of(std::string_view("\0;", 2)));
         return file;
     };
-    CHECK_THAT(message_of([&] { decode_photo(gif(88)); }), Catch::Contains("cut off"));  // 1 + 2 + ... + 89 pixels
+    CHECK_THAT(message_of([&] { decode_photo(gif(88)); }), Catch::Contains("cut off"));  // 1 + 2 + ... + 89 = 4005 of 4096 pixels
     CHECK_THAT(message_of([&] { decode_photo(gif(100)); }), Catch::Contains("more data than its picture has"));
     CHECK_THAT(message_of([&] { decode_photo(gif(100'000)); }), Catch::Contains("more data than its picture has"));
 }

@@ -37,12 +37,13 @@ inline byte_string auxiliary_box(std::string_view type) {
     return full_box("auxC", 0, body);
 }
 
-/// The description of a derived picture: "grid" or "iovl".
+/// Returns the data of an item of type "grid".
 inline byte_string grid_data(std::uint32_t rows, std::uint32_t columns, std::uint32_t width, std::uint32_t height) {
     byte_string data = {std::byte{0}, std::byte{1}, static_cast<std::byte>(rows - 1), static_cast<std::byte>(columns - 1)};
     append(data, big_endian(width, 4)), append(data, big_endian(height, 4));
     return data;
 }
+/// Returns the data of an item of type "iovl" that overlays one picture.
 inline byte_string overlay_data(std::uint32_t width, std::uint32_t height) {
     byte_string data(10);
     data[1] = std::byte{1};
@@ -61,7 +62,7 @@ struct file_items {
         std::string type;
         std::uint32_t from;
         std::vector<std::uint32_t> to;
-        byte_string rest = {};  ///< bytes at the end of the box, which do not belong there
+        byte_string rest = {};  ///< superfluous bytes at the end of the box
     };
     std::vector<item> items;
     std::vector<byte_string> properties;
@@ -70,7 +71,7 @@ struct file_items {
     std::size_t index_size = 0;  ///< bytes of an extent's index in 'iloc'
 };
 
-/// Builds a file whose primary item has number 1.
+/// Builds a file whose primary item has the id 1.
 inline byte_string item_file(const file_items& of, const byte_string& data) {
     const auto number = [](std::size_t value, int size) { return big_endian(static_cast<std::uint32_t>(value), size); };
     const auto meta = [&](std::size_t base) {

@@ -10,7 +10,7 @@
 
 namespace ldi::testing {
 
-/// A segment of a JPEG file, such as 0xE1 for APP1.
+/// A segment of a JPEG file. Its marker is, for example, 0xE1 for APP1.
 inline byte_string jpeg_segment(unsigned marker, const byte_string& body) {
     byte_string segment = {std::byte{0xFF}, static_cast<std::byte>(marker)};
     append(segment, big_endian(static_cast<std::uint32_t>(body.size() + 2), 2));
@@ -64,7 +64,9 @@ inline std::string base64(const byte_string& bytes) {
 
 constexpr const char* gdepth_space = "xmlns:GDepth=\"http://ns.google.com/photos/1.0/depthmap/\" ";
 
-/// fields  attributes of GDepth, Format="..." and so on, each with its prefix
+/// A photo with depth in GDepth's format.
+///
+/// fields  attributes of GDepth, such as GDepth:Near="1"
 inline byte_string gdepth_jpeg(const byte_string& photo, const byte_string& depth, const std::string& fields) {
     return with_segments(photo, xmp_segment(xmp_packet(gdepth_space + fields + " GDepth:Data=\"" + base64(depth) + "\"")));
 }
@@ -75,7 +77,7 @@ struct appended_file {
     byte_string bytes;
 };
 
-/// Names in the directory of one of the two containers.
+/// Namespaces and attribute names of a container format.
 struct container_words {
     const char *container, *item, *address;
 };
@@ -84,7 +86,9 @@ constexpr container_words dynamic_depth_words = {"http://ns.google.com/photos/dd
 constexpr container_words photos_words = {"http://ns.google.com/photos/1.0/container/",
                                           "http://ns.google.com/photos/1.0/container/item/", "URI"};
 
-/// fields  attributes of DepthMap
+/// A photo with appended files, which Dynamic Depth or Google Photos' container lists.
+///
+/// fields  attributes of DepthMap, such as DepthMap:Near="0.5"
 inline byte_string dynamic_depth_jpeg(const byte_string& photo, const std::vector<appended_file>& files,
                                       const std::string& fields, const container_words& words = dynamic_depth_words) {
     std::string list = "<rdf:li><Container:Item Item:Mime=\"image/jpeg\" Item:Semantic=\"Primary\" Item:Length=\"0\"/></rdf:li>";

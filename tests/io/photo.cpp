@@ -94,7 +94,7 @@ TEST_CASE("gray, palette, 1-bit, 16-bit and transparent PNG files are converted 
                                                                         12))));
     CHECK(pixel(clear, 0) == color{255, 255, 255});
     CHECK(pixel(clear, 1) == color{'a', 'b', 'c'});
-    CHECK(pixel(clear, 2) == color{223, 224, 224});  // 0x33 is a fifth: 255 - (255 - 97) / 5 and so on
+    CHECK(pixel(clear, 2) == color{223, 224, 224});  // an opacity of 0x33 is one fifth: 255 - (255 - 97) / 5 and so on
 }
 
 TEST_CASE("photos of one pixel are decoded") {
@@ -121,7 +121,7 @@ TEST_CASE("gray, progressive, CMYK and YCCK JPEG files have the right colors") {
     CHECK(largest_difference(load_photo(files / "ycck.jpg").color, expected) <= 16);
     for (std::size_t y = 0; y < 16; ++y)
         for (std::size_t x = 0; x < 24; ++x) {
-            const std::size_t paper = 255 - 5 * x;  // amount left by black ink
+            const std::size_t paper = 255 - 5 * x;  // brightness of the paper under the black ink
             expected(y, x, 0) = static_cast<std::uint8_t>((255 - 4 * x) * paper / 255);
             expected(y, x, 1) = static_cast<std::uint8_t>((255 - 10 * y) * paper / 255);
             expected(y, x, 2) = static_cast<std::uint8_t>((255 - 3 * (x + y)) * paper / 255);
@@ -219,7 +219,7 @@ TEST_CASE("photos above the pixel limit, and photos with less data than their si
 TEST_CASE("a PNG file that inflates to far more data than its picture is refused") {
     const auto inflating = [](std::size_t bytes) { return png_file(1, 1, 8, 0, byte_string(bytes, std::byte{7})); };
     CHECK(decode_photo(inflating(1)).color(0, 0, 0) == 7);
-    CHECK(decode_photo(inflating(50'000)).color(0, 0, 0) == 7);  // other readers accept these, too
+    CHECK(decode_photo(inflating(50'000)).color(0, 0, 0) == 7);  // accepted, as other readers do
     CHECK(raised([&] { decode_photo(inflating(50'000'000)); }) == error_code::invalid_data);
     CHECK_THAT(message_of([&] { decode_photo(inflating(50'000'000)); }), Catch::Contains("more data than its picture has"));
     CHECK(decode_photo(encode_png(smooth_picture(300, 200, 3))).color.height() == 300);  // the limit does not affect later files

@@ -25,7 +25,7 @@ image<std::uint8_t> depth_picture() {
 
 const image<std::uint8_t> stored = depth_picture();
 const byte_string depth_file = encode_png(stored);
-const byte_string decoy_file = encode_jpeg(image<std::uint8_t>(12, 20, 1, 200), 90);  // a gain map has the same shape
+const byte_string decoy_file = encode_jpeg(image<std::uint8_t>(12, 20, 1, 200), 90);  // a gain map of the same shape
 
 /// Checks the depth map that is decoded from a file.
 ///
@@ -84,7 +84,7 @@ TEST_CASE("GDepth is found as XML elements, with another prefix, and in Extended
     const std::string second = xmp_packet(std::string(gdepth_space) + "GDepth:Data=\"" + base64(depth_file) + "\"");
     for (std::size_t part : {std::size_t{37}, std::size_t{200}, std::size_t{60'000}}) {
         byte_string segments = xmp_segment(xmp_packet(first));
-        // Segments of another packet, which must be ignored.
+        // Segments of another packet, which the reader must ignore.
         append(segments, extended_xmp_segments(std::string(second.size(), 'x'), std::string(32, 'F'), part));
         append(segments, extended_xmp_segments(second, identifier, part));
         check_depth(with_segments(photo_file, segments), "GDepth, RangeLinear", false, linear);
@@ -113,8 +113,8 @@ TEST_CASE("Dynamic Depth is found by its semantic or its address, in both contai
         for (const std::vector<appended_file>& files :
              {std::vector{depth}, {by_address}, {gain_map, depth}, {depth, gain_map}, {gain_map, by_address, movie}})
             check_depth(dynamic_depth_jpeg(photo_file, files, fields, words), "Dynamic Depth, RangeInverse", true, inverse);
-    // Inserts 100 bytes that no directory lists after the photo. Depth is still found, because positions of files are counted
-    // from the end.
+    // Inserts 100 unlisted bytes after the photo. The reader still finds the depth, because it counts the
+    // positions of files from the end.
     byte_string file = dynamic_depth_jpeg(photo_file, {}, fields),
                 listed = dynamic_depth_jpeg(photo_file, {gain_map, depth}, fields);
     const std::size_t photo_end = listed.size() - decoy_file.size() - depth_file.size();
@@ -173,9 +173,9 @@ TEST_CASE("a photo with unusable depth is decoded without it, and the reason is 
     check_refused(with("GDepth:Near=\"1\""), "finite numbers in Near and Far, found a missing or invalid number");
     check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"x\""),
                   "finite numbers in Near and Far, found a missing or invalid number");
-    check_refused(with("GDepth:Near=\"2\" GDepth:Far=\"2\""), "a valid range of depth, found 2 to 2");
-    check_refused(with("GDepth:Near=\"-1\" GDepth:Far=\"2\""), "a valid range of depth, found -1 to 2");
-    check_refused(with("GDepth:Near=\"1e-30\" GDepth:Far=\"-1e300\""), "a valid range of depth, found 1e-30 to -1e+300");
+    check_refused(with("GDepth:Near=\"2\" GDepth:Far=\"2\""), "a valid depth range, found 2 to 2");
+    check_refused(with("GDepth:Near=\"-1\" GDepth:Far=\"2\""), "a valid depth range, found -1 to 2");
+    check_refused(with("GDepth:Near=\"1e-30\" GDepth:Far=\"-1e300\""), "a valid depth range, found 1e-30 to -1e+300");
     check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"2\" GDepth:Format=\"Magic\""), "Magic");
     const std::string range = "GDepth:Near=\"1\" GDepth:Far=\"2\"";
     check_refused(gdepth_jpeg(photo_file, bytes_of("hello"), range), "unknown format");
@@ -195,7 +195,7 @@ TEST_CASE("deeply nested, long or malformed XMP is read without failure and yiel
         CHECK_FALSE(decode_photo_with_depth(with_segments(photo_file, xmp_segment(packet.substr(0, 65'000)))).depth);
 }
 
-TEST_CASE("thousands of damaged photos with depth raise an error or are decoded, with finite positive disparity if any") {
+TEST_CASE("thousands of damaged photos with depth raise an error or are decoded; known disparities are positive and finite") {
     std::mt19937 random(9);
     const std::string fields = "DepthMap:Near=\"0.5\" DepthMap:Far=\"4\"";
     const byte_string gray = with_segments(encode_jpeg(stored, 90), xmp_segment(apple_packet("disparity", "0.5", "4.5")));
@@ -284,7 +284,7 @@ TEST_CASE("a depth map is inverted if the estimate contradicts it, and stays as 
     CHECK(depth.disparity(4, 1, 0) == 144);
     CHECK(depth.disparity(4, 12, 0) == 1);
     CHECK_FALSE(invert_if_contradicted(depth, estimate));
-    for (float& v : depth.disparity) v = v < 100 ? 3e38F : -3e38F;  // their difference is above the range of floats
+    for (float& v : depth.disparity) v = v < 100 ? 3e38F : -3e38F;  // the difference of these values exceeds the range of floats
     CHECK(invert_if_contradicted(depth, estimate));
     for (const float v : depth.disparity) REQUIRE(std::abs(v) == 3e38F);
 }

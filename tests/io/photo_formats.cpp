@@ -25,7 +25,7 @@ image<std::uint8_t> with_alpha(const image<std::uint8_t>& color) {
     return all;
 }
 
-/// Composites a picture on white, by definition.
+/// Composites a picture on white, in double precision.
 image<std::uint8_t> on_white(const image<std::uint8_t>& all) {
     image<std::uint8_t> color(all.height(), all.width(), 3);
     for (std::size_t i = 0; i < color.size(); ++i) {
@@ -82,7 +82,7 @@ TEST_CASE("HEIC and AVIF photos are decoded exactly, with their focal length, an
         }
         const photo decoded = decode_photo(*file);
         CHECK(largest_difference(decoded.color, small_picture) ==
-              0);  // and not rotated: the EXIF orientation does not apply here
+              0);  // not rotated, because the EXIF orientation does not apply to HEIF
         CHECK(decoded.focal_length_35mm == 26.0F);
         CHECK(raised([&] { decode_photo(*file, {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
         check_damage(*file, 60);
@@ -94,7 +94,7 @@ TEST_CASE("HEIC and AVIF photos are decoded exactly, with their focal length, an
 }
 
 TEST_CASE("a photo refused by libheif raises an error of one line, with a hint if libheif is old") {
-    // A picture without its decoder's configuration.
+    // A picture without a decoder configuration.
     const byte_string file =
         item_file({.items = {{1, "hvc1", {{0, 4}}}}, .properties = {size_box(64, 64)}, .uses = {{1, {1}}}}, byte_string(4));
     const std::string message = message_of([&] { decode_photo(file, {}, "a.heic"); });

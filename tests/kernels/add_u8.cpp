@@ -10,7 +10,7 @@
 namespace {
 
 ldi::quantized_addition any_addition(ldi::testing::random_bytes& random) {
-    // No round numbers: their ratios would cause many exact ties, which the float form rounds to even.
+    // Scales are not round numbers, because their ratios would cause many exact ties, which the float form rounds to even.
     const auto any = [&] { return ldi::quantization{static_cast<float>(random.in(50001, 799999)) * 1e-7F, random.byte()}; };
     return ldi::make_quantized_addition(any(), any(), any());
 }
@@ -33,7 +33,7 @@ TEST_CASE("add_u8 matches its definition on every instruction set, for any count
             for (std::size_t count : {0U, 1U, 31U, 32U, 33U, 63U, 64U, 65U, 200U}) {
                 const ldi::buffer<std::uint8_t> a = random.bytes(count), b = random.bytes(count);
                 ldi::buffer<std::uint8_t> expected = definition(exact, a, b), found(count + 1, 77);
-                expected.push_back(77);  // nothing may be written after the result
+                expected.push_back(77);  // add_u8() must not write after the result
                 ldi::add_u8(sum, a.data(), b.data(), count, found.data());
                 CHECK(found == expected);
             }

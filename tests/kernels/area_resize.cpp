@@ -87,7 +87,7 @@ TEST_CASE("every result pixel is the mean of the area that it covers, up to roun
     CHECK(worst > 0.4);
 }
 
-TEST_CASE("sums have the same bits on every machine, with or without fused multiply-add") {
+TEST_CASE("sums of area_resize have the same bits on every machine, with or without fused multiply-add") {
     const ldi::buffer<std::uint8_t> image = noise(61 * 47 * 3);
     const ldi::area_weights horizontal = ldi::make_area_weights(47, 30), vertical = ldi::make_area_weights(61, 19);
     std::uint32_t checksum = 0;
@@ -105,7 +105,7 @@ TEST_CASE("sums have the same bits on every machine, with or without fused multi
     CHECK(checksum == 0xACD0BA5C);
 }
 
-TEST_CASE("ties are rounded to the even neighbor") {
+TEST_CASE("area_resize rounds ties to the even neighbor") {
     CHECK(resized({0, 1}, 1, 2, 1, 1) == ldi::buffer<std::uint8_t>{0});
     CHECK(resized({1, 2}, 1, 2, 1, 1) == ldi::buffer<std::uint8_t>{2});
     CHECK(resized({254, 255}, 2, 1, 1, 1) == ldi::buffer<std::uint8_t>{254});

@@ -69,7 +69,7 @@ struct convolution {
                 const double difference = std::abs(expected - double{result[p * outputs + o]});
                 if (difference > 1e-5 * (scale * ratio + std::abs(double{bias[o]}))) return false;
             }
-        return result.back() == untouched_value;  // nothing may be written after the result
+        return result.back() == untouched_value;  // conv_f32() must not write after the result
     }
 
     static convolution any(ldi::testing::random_bytes& random, std::size_t rows, std::size_t inputs, std::size_t outputs,

@@ -43,7 +43,7 @@ struct depthwise_case {
                 }
                 result.push_back(ldi::requantize(sum, output));
             }
-        result.push_back(untouched_result);  // nothing may be written after the result
+        result.push_back(untouched_result);  // depthwise_u8() must not write after the result
         return result;
     }
 };

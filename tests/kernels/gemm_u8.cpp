@@ -45,7 +45,7 @@ struct product {
                             (starts()[s][p * stride + i] - input_zero) * (weights[(o * segments + s) * inputs + i] - weight_zero);
                 result.push_back(ldi::requantize(sum, output));
             }
-        result.push_back(untouched_byte);  // nothing may be written after the result
+        result.push_back(untouched_byte);  // gemm_u8() must not write after the result
         return result;
     }
 };
@@ -60,7 +60,8 @@ product any_product(ldi::testing::random_bytes& random, std::size_t segments, st
     return made;
 }
 
-/// The set for which weights are packed if `set` is requested: its fallback if there are too few outputs for its lanes.
+/// Returns the set for which weights are packed if `set` is requested: `set`, or its fallback if the outputs do not fill the
+/// lanes of `set`.
 ldi::isa expected_target(const product& p, ldi::isa set) {
     const bool fills_lanes = p.outputs >= ldi::find_kernel(ldi::gemm_u8_kernels, set).min_outputs;
     return fills_lanes ? set : ldi::find_instruction_set(set).otherwise;
@@ -124,7 +125,7 @@ TEST_CASE("gemm_u8 returns the same bits on every instruction set for long rows 
     }
 }
 
-TEST_CASE("weights and scales that an instruction set cannot represent exactly are packed for a slower one") {
+TEST_CASE("weights and scales that an instruction set cannot represent exactly are packed for a slower set") {
     ldi::testing::random_bytes random;
     for (ldi::isa set : ldi::testing::available_isas()) {
         const bool is_neon = set == ldi::isa::neon_dot_product,
@@ -193,7 +194,7 @@ TEST_CASE("gemm_u8 does not overflow at its documented limit of inputs") {
     }
 }
 
-TEST_CASE("the largest products saturate no intermediate sum on any instruction set") {
+TEST_CASE("gemm_u8 does not saturate intermediate sums of the largest products on any instruction set") {
     for (ldi::isa set : ldi::testing::available_isas())
         for (std::uint8_t weight : {std::uint8_t{0}, std::uint8_t{255}}) {
             const ldi::buffer<std::uint8_t> weights(64, weight), input(67, 255);

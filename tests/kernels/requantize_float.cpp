@@ -8,8 +8,9 @@
 
 namespace {
 
-/// Counts how many of 24 random requantizations have this form. Scales are between 2^-exponents and 1. Compares each form with
-/// the integer form on all accumulators within and slightly beyond the clamping limits, and on 2000 random ones.
+/// Counts how many of 24 random requantizations have a form that `find` returns. Scales are between 2^-exponents and 1. Compares
+/// each form with the integer form on all accumulators within and slightly beyond the clamping limits, and on 2000 random
+/// accumulators.
 template <class Find>
 int count_exact_forms(Find find, int exponents) {
     std::mt19937 random(4);

@@ -1,5 +1,5 @@
-// Tests that packing for an instruction set that this processor lacks raises an error. Kernels would end in an illegal
-// instruction.
+// Tests that packing for an instruction set that this processor lacks raises an error. Kernels of this set would execute an
+// illegal instruction.
 #include <ldi/kernels/add_u8.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
@@ -13,7 +13,8 @@
 
 namespace {
 
-/// Packs for every set that has a kernel in the table, and for every set that this processor lacks, with or without a kernel.
+/// Checks that packing succeeds for every available set that has a kernel in the table, and raises an error for every set that
+/// this processor lacks.
 template <class Table, class Pack>
 void pack_for_all(const Table& table, const Pack& pack) {
     for (const auto& kernel : table) {

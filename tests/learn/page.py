@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Checks the page of the lessons: every excerpt occurs line by line in its lesson, the page links every lesson, lessons are short, and
-pictures exist and are small. Lessons print the output that the page shows, with numbers within 5 %, and draw its pictures.
+"""Checks that every excerpt on the page of the lessons occurs line by line in its lesson, that the page links every lesson, that lessons
+are short, and that pictures exist and are small. Checks that lessons print the output that the page shows, with numbers within 5 %, and
+draw the page's pictures.
 
     page.py [FOLDER]      FOLDER: built lessons
 """
@@ -33,13 +34,13 @@ for section in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
     linked = re.findall(r"\]\((\d\d_\w+\.cpp)\)", section)
     for name in linked:
         if name not in lessons:
-            faults.append(f"no lesson {name}")
+            faults.append(f"the page links {name}, which does not exist")
     excerpts = re.findall(r"^```cpp\n(.*?)^```", section, flags=re.MULTILINE | re.DOTALL)
     for excerpt in excerpts:
         lines = stripped(excerpt)
         files = [stripped(lessons[name]) for name in linked if name in lessons]
         if not any(file[i:i + len(lines)] == lines for file in files for i in range(len(file))):
-            faults.append(f"not in {' or '.join(linked)}:\n{excerpt}")
+            faults.append(f"the page has an excerpt that is not in {' or '.join(linked)}:\n{excerpt}")
 
 
 def run_lesson(name, folder):
@@ -52,7 +53,7 @@ def run_lesson(name, folder):
 
 
 def psnr(shown, drawn):
-    """Returns the PSNR in dB between a page's picture, which may be upsampled by a whole number, and the one that the lesson draws."""
+    """Returns the PSNR in dB between a page's picture, which may be upsampled by a whole factor, and the lesson's picture."""
     with Image.open(shown) as a, Image.open(drawn) as b:
         a, b = a.convert("RGB"), b.convert("RGB").resize(a.size, Image.NEAREST)
         error = sum(ImageStat.Stat(ImageChops.difference(a, b)).sum2) / (3 * a.width * a.height)
@@ -92,7 +93,7 @@ for name in sorted(kept) if Image else []:
         if run_lesson(Path(name).stem, folder) is not None:
             similarity = psnr(FOLDER / name, Path(folder) / f"{Path(name).stem}.png")
             if similarity < LEAST_PSNR:
-                faults.append(f"{name} has {similarity:.1f} dB to the picture that its lesson draws, less than {LEAST_PSNR}")
+                faults.append(f"{name} has a PSNR of {similarity:.1f} dB to the picture that its lesson draws, less than {LEAST_PSNR}")
 if sum(kept.values()) > LARGEST_PICTURES:
     faults.append(f"pictures have {sum(kept.values())} bytes, more than {LARGEST_PICTURES}")
 

@@ -268,7 +268,7 @@ TEST_CASE("a chart whose bounding box has a side above 8192 is refused") {
     }
 }
 
-TEST_CASE("stages from charts to the mesh refuse a broken view") {
+TEST_CASE("all stages from charts to the mesh refuse a view of an invalid graph") {
     const ldi::graph sound = ldi::make_grid(8, 8);
     const ldi::buffer<std::uint8_t> color(3 * sound.size(), 100), known(sound.size(), 1);
     const ldi::buffer<float> disparity(sound.size(), 0.5F);

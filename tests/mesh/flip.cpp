@@ -110,7 +110,7 @@ TEST_CASE("flipping returns the same triangles if all coordinates are four times
     for (std::uint32_t seed = 0; seed < 100; ++seed) CHECK(triangles_of_square(4, seed) == triangles_of_square(1, seed));
 }
 
-TEST_CASE("triangulations with indices that they do not have, or half-edges that are not mates, are refused") {
+TEST_CASE("triangulations with out-of-range indices or inconsistent mates of half-edges are refused") {
     const ldi::buffer<ldi::lattice_point> square{{0, 0}, {9, 0}, {9, 9}, {0, 9}};
     const auto result_of = [&](auto change) {
         ldi::triangulation t{{0, 1, 2, 0, 2, 3}, {-1, -1, 3, 2, -1, -1}};

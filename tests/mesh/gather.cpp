@@ -129,7 +129,7 @@ TEST_CASE("on meshes of random layers, gather() gives the outer end of a hem the
             REQUIRE(mesh.pixels[h.outer] == mesh.pixels[h.inner]);
             REQUIRE(colors[3 * h.outer] == colors[3 * h.inner]);
         }
-        // A wider camera sees most of the vertices elsewhere.
+        // With twice the focal length, most vertices project to other positions.
         if (mesh.vertex_count() > 8 && g.width() > 4)
             CHECK_THROWS_AS(gather<color_column>(mesh, layers, {g.width(), g.height(), 100.0F}), error);
     }

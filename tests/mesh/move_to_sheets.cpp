@@ -171,5 +171,5 @@ TEST_CASE("a layout of different charts and a mesh that is already on sheets are
     }
     other = s.layout;
     other.placements[0].sheet = static_cast<decltype(other.placements[0].sheet)>(other.sizes.size());
-    CHECK_THROWS_WITH(move_to_sheets(made.mesh, made.charts, made.atlas, other), Catch::Contains("sheets below"));
+    CHECK_THROWS_WITH(move_to_sheets(made.mesh, made.charts, made.atlas, other), Catch::Contains("sheet indices below"));
 }

@@ -221,11 +221,14 @@ TEST_CASE("a soft-edge strip has its texture in the padding of the atlas, and up
             return strip.texture_coordinates[2 * vertex + axis] *
                    static_cast<float>(axis == 0 ? s.atlas.color.width() : s.atlas.color.height());
         };
-        for (std::uint32_t v = 0; v + 1 < strip.vertex_count(); ++v) {  // the outer end follows the inner end
+        std::size_t hems = 0;
+        for (std::uint32_t v = 0; v + 1 < strip.vertex_count(); ++v) {  // each outer end is stored after its inner end
             if (strip.opacity[v] == 0 || strip.opacity[v + 1] != 0) continue;
+            ++hems;
             const float width = std::hypot(texels(v, 0) - texels(v + 1, 0), texels(v, 1) - texels(v + 1, 1));
             REQUIRE(width < static_cast<float>(padding) + 0.51F);
         }
+        REQUIRE(hems > 5);
     }
 }
 

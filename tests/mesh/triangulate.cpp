@@ -154,7 +154,7 @@ TEST_CASE("the largest coordinates do not overflow") {
     require_triangulation(p, t);
 }
 
-TEST_CASE("polygons with indices of vertices that they do not have are refused") {
+TEST_CASE("polygons with out-of-range vertex indices are refused") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
     const auto result_of = [&](auto change) {

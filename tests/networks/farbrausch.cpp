@@ -433,7 +433,8 @@ TEST_CASE("an image without unknown pixels stays unchanged, and one without know
     CHECK(largest_difference(run(network, layers), expected.output) < 1e-4);
 }
 
-TEST_CASE("the shipped network's 8-bit colors have a PSNR above 45 dB to float32, and are equal on every instruction set") {
+TEST_CASE(
+    "the shipped network's 8-bit colors have a PSNR above 45 dB relative to float32, and are the same on every instruction set") {
     const std::filesystem::path weights = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors";
     const photo_layers layers = smooth_picture();
     const buffer<float> exact = run(load_farbrausch(weights), layers);
@@ -538,7 +539,7 @@ TEST_CASE("unsuitable weights and architectures are refused, and the error state
     CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, 4, -1e-30F}), Catch::Contains("leak") && Catch::Contains("found -1e-30"));
 }
 
-TEST_CASE("a network that was moved from refuses to inpaint") {
+TEST_CASE("a moved-from network refuses to inpaint") {
     farbrausch network(hashed_weights(small), small);
     const farbrausch moved = std::move(network);
     const photo_layers layers(make_grid(8, 8));

@@ -28,7 +28,8 @@ public:
     reference_farbrausch(const named_tensors& weights, inpainting_architecture architecture)
         : weights_(weights), architecture_(std::move(architecture)), levels_(architecture_.channels.size()) {}
 
-    /// color  K x 3; known  K of 0 or 1
+    /// color  K x 3
+    /// known  K values, 0 or 1
     reference_result run(const graph_view& finest, const buffer<double>& color, ldi::array_view<const std::uint8_t> known) {
         graphs_.assign(1, graph_builder(finest).build());
         kept_.clear(), above_.clear();

@@ -20,7 +20,7 @@ namespace ldi::testing {
 
 class reference_silhouettes {
 public:
-    /// reads  names of the inputs; an input coarser than the result is upsampled
+    /// reads  names of the inputs, of which those coarser than the result are upsampled
     /// level  level of the result; level 0 has full resolution
     struct layer {
         std::string name;

@@ -108,7 +108,7 @@ TEST_CASE("the shipped silhouette network computes the same logits as in trainin
         }
     const inputs in(std::move(marks), std::move(values));
     const buffer<float> found = network.logits(in.region, in.packed, buffer<std::uint8_t>(in.region.size(), 1));
-    // The training computes in floats, so that a byte of an inner layer may be rounded differently, which changes logits nearby.
+    // The training computes in floats. It may therefore round a byte of an inner layer differently, which changes logits nearby.
     std::size_t different = 0;
     float largest = 0;
     const auto compare = [&](float ours, float theirs) {

@@ -71,7 +71,7 @@ image<std::uint8_t> gradient(std::size_t height, std::size_t width) {
 
 }  // namespace
 
-TEST_CASE("for the photo `columns`, the resized photo, all 110592 levels and the disparities equal the published ones") {
+TEST_CASE("for the photo `columns`, the resized photo, all 110592 levels and the disparities equal the published values") {
     const ldi::tiefenrausch* const network = published();
     if (network == nullptr) return;
     ldi::thread_pool threads;
@@ -238,7 +238,7 @@ TEST_CASE("networks whose output has the wrong shape or too coarse a quantizatio
     CHECK_THROWS_AS(ldi::tiefenrausch(steep), ldi::error);
 }
 
-TEST_CASE("a network that preserves the size of the smallest input only is refused at other sizes") {
+TEST_CASE("a network whose output has the input's size only for the smallest input is refused at other sizes") {
     ldi::network_description odd;
     odd.input_name = "input", odd.input_channels = 3, odd.input = {1.0F / 255, 0};
     const auto halve = [&](std::size_t times) {

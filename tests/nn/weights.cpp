@@ -6,7 +6,7 @@
 
 using namespace ldi;
 
-TEST_CASE("a tensor is found by name, type and shape, and the error for a mismatch names it") {
+TEST_CASE("a tensor is found by name, type and shape, and the error for a mismatch names the tensor") {
     named_tensors weights;
     weights.tensors["a"] = {{2, 1}, buffer<float>{1.0F, 2.0F}};
     weights.tensors["b"] = {{}, buffer<std::int8_t>{3}};
@@ -23,7 +23,7 @@ TEST_CASE("a tensor is found by name, type and shape, and the error for a mismat
                       Catch::Contains("expected uint8, a single value") && Catch::Contains("found int8, a single value"));
 }
 
-TEST_CASE("an unexpected tensor is refused, and the error names it") {
+TEST_CASE("an unexpected tensor is refused, and the error names the tensor") {
     named_tensors weights;
     weights.tensors["a"] = {{}, buffer<float>{1.0F}};
     weights.tensors["b"] = {{}, buffer<float>{1.0F}};

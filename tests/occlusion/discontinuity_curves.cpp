@@ -81,7 +81,7 @@ TEST_CASE("the sides of a curve form a chain, and no curve runs through a juncti
                 const auto [e, f] = corners_of(layers.topology(), c.sides[i + 1]);
                 const auto shared = a == e || a == f ? a : b;
                 REQUIRE((shared == e || shared == f));
-                const bool pass_each_other = degree[shared] == 4;  // both sides then belong to one background pixel
+                const bool pass_each_other = degree[shared] == 4;  // two curves meet and keep separate background pixels
                 const ldi::discontinuity &d = c.sides[i], &next = c.sides[i + 1];
                 REQUIRE((degree[shared] == 2 || (pass_each_other && d.back == next.back)));
             }
@@ -106,7 +106,7 @@ TEST_CASE("at a T-junction, only the curve between midground and foreground is c
         CHECK(c.constraints[0].outward_y == Approx(-1.0F));
         CHECK(c.constraints[0].perpendicular_x == Approx(1.0F));
     }
-    // Without the rule for junctions, all three curves are constrained there; without constraints, none.
+    // Without the rule for junctions, all three curves would be constrained there. Without constraints, none would be.
     std::size_t all = 0, none = 0;
     for (const auto& c : ldi::find_discontinuity_curves(layers, {}, {.constraints = ldi::constrained_ends::all}))
         all += c.constraints.size();
@@ -128,7 +128,7 @@ TEST_CASE("a curve is not constrained at an end where its discontinuity fades ou
     CHECK(curves[0].constraints.empty());
 }
 
-TEST_CASE("curves shorter than the minimum are dropped, and closed curves are marked as such") {
+TEST_CASE("curves shorter than the minimum are dropped, and closed curves are marked as closed") {
     ldi::image<float> map(40, 60, 1, 0.1F);
     for (std::size_t y = 10; y < 20; ++y)
         for (std::size_t x = 10; x < 20; ++x) map(y, x, 0) = 0.7F;  // a closed curve of 40 sides

@@ -48,8 +48,8 @@ ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::siz
     return expanded(lifted, iterations, min_length).layers;
 }
 
-// Checks the invariants of the graph, which hold at any time. Pixels from index `first_new` on were added; the others are the
-// photo's own.
+// Checks the invariants of the graph. Pixels from index `first_new` on were added by the growth; all others are pixels of the
+// photo.
 void require_sound(const ldi::graph_view& g, std::span<const float> disparity, std::size_t first_new) {
     const auto broken = ldi::validate(g);
     REQUIRE_FALSE(broken);
@@ -213,7 +213,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("the growth of a surface at a side of a curve depends on the disparities within eight pixels along the curve") {
+TEST_CASE("at each side of a curve, a surface grows by the disparities within eight pixels along the curve") {
     // The front comes nearer by 0.3 pixels of parallax per row.
     ldi::image<float> map(41, 100);
     for (std::size_t y = 0; y < 41; ++y)
@@ -226,7 +226,7 @@ TEST_CASE("the growth of a surface at a side of a curve depends on the dispariti
     int hidden = 0;
     for (std::int32_t i = 0; i < layers.topology().count(); ++i)
         hidden += layers.topology().y()[i] == 20 && layers.column<ldi::known_column>()[i] == 0 ? 1 : 0;
-    CHECK(hidden >= 14);  // it would be 12 if each row grew by its own step alone
+    CHECK(hidden >= 14);  // 12 if growth depended only on the step in the same row
     CHECK(hidden <= 16);
 }
 

@@ -25,7 +25,7 @@ struct grown_photo {
     photo_facts facts;
 };
 
-/// Returns layers with hidden surfaces and random colors, before and after they grow past the frame.
+/// Returns layers with hidden surfaces and random colors, before and after growth past the frame.
 grown_photo grow(const image<float>& disparity, float motion, std::mt19937& random) {
     photo_layer layer = testing::lift_disparity(disparity);
     for (std::uint8_t& value : layer.column<color_column>()) value = static_cast<std::uint8_t>(random());
@@ -95,7 +95,7 @@ TEST_CASE("layers that grow past the frame are valid, and their part inside the 
     }
 }
 
-TEST_CASE("every surface continues past the frame as far as the camera sees, with the disparity that it has at the border") {
+TEST_CASE("every surface continues past the frame as far as the camera sees, with its disparity at the border") {
     std::mt19937 random(32);
     for (int round = 0; round < 30; ++round) {
         const grown_photo g = grow(any_disparity(random, 2 + random() % 40, 2 + random() % 40), 0.2F, random);
@@ -128,7 +128,7 @@ TEST_CASE("reach_past_frame() covers both the camera's motion and a stereo pair"
     const pinhole_camera camera{900, 1200, 1000};
     CHECK(reach_past_frame(0, camera, 0.1F) == Approx(60 + 4.4));
     CHECK(reach_past_frame(1, camera, 0.1F) == Approx(60 + 4.4));
-    CHECK(reach_past_frame(0.5F, camera, 0.1F) == Approx(7.5 + 4.4));  // half of a sixtieth of the width
+    CHECK(reach_past_frame(0.5F, camera, 0.1F) == Approx(7.5 + 4.4));  // half of the stereo shift, which is 1/60 of the width
     CHECK(reach_past_frame(-0.02F, camera, 0.1F) == reach_past_frame(0, camera, 0.1F));
     CHECK(reach_past_frame(0.3F, camera, 0) == 2);
 }
@@ -150,8 +150,8 @@ TEST_CASE("pixels past the frame have colors of their own surface") {
 }
 
 TEST_CASE(
-    "lines that leave the photo continue straight past the frame, but mirrored if they are faint, because they may be noise") {
-    // Mean error beside the middle of the left side, relative to the contrast. Near corners, lines of another side appear, too.
+    "lines at the photo's border continue straight past the frame, except faint lines, which may be noise and are mirrored") {
+    // Mean error beside the middle of the left side, relative to the contrast. Near corners, lines from other sides also appear.
     const auto error_past_frame = [](float slope, float contrast) {
         photo_facts facts;
         photo_layers layers = stripes(160, slope, contrast, facts);
@@ -177,7 +177,7 @@ TEST_CASE(
     CHECK(error_past_frame(0.6F, 12.0F) > 0.65);
 }
 
-TEST_CASE("a thin dark rim, as of a scanned slide, does not continue past the frame, but a wide one does") {
+TEST_CASE("a thin dark rim, such as that of a scanned slide, does not continue past the frame, but a wide rim does") {
     std::mt19937 random(34);
     const auto grown_with = [&](std::int32_t rim) {
         photo_layers layers = testing::lifted_layers(image<float>(60, 80, 1, 0.3F));

@@ -28,10 +28,10 @@ if shutil.which("conan"):
 
 
 def copy(recipe, pattern, src, dst):
-    """Replaces conan.tools.files.copy(): patterns match across folders, and each must match a file."""
+    """Replaces conan.tools.files.copy(). A pattern may match files in subfolders, and must match at least one file."""
     found = [path for path in Path(src).rglob("*") if path.is_file() and fnmatch.fnmatch(path.relative_to(src).as_posix(), pattern)]
     if not found:
-        sys.exit(f"no file in {src} matches {pattern}")
+        sys.exit(f"expected a file that matches {pattern} in {src}, found none")
     for path in found:
         target = Path(dst) / path.relative_to(src)
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -64,14 +64,14 @@ recipe.recipe_folder, recipe.export_sources_folder = str(RECIPE), str(folder / "
 recipe.source_folder, recipe.package_folder = recipe.export_sources_folder, str(folder / "package")
 recipe.set_version()
 if len(recipe.version.split(".")) != 3:
-    sys.exit(f"the recipe finds no version: {recipe.version}")
+    sys.exit(f"expected a version of three numbers in the recipe, found {recipe.version}")
 recipe.export_sources()
 recipe.package()
 
 package = folder / "package"
 headers = {path.relative_to(ROOT / "include") for path in (ROOT / "include").rglob("*.hpp")}
 if headers != {path.relative_to(package / "include") for path in (package / "include").rglob("*.hpp")}:
-    sys.exit("the headers of the package and of the source differ")
+    sys.exit("expected the same headers in the package as in the source, found others")
 if not (package / "licenses/LICENSE").is_file() or not (package / "share/ldi/single_include/ldi/ldi.hpp").is_file():
     sys.exit("the package lacks the license or the single header")
 consumer = Path(__file__).with_name("consumer.cpp")

@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 folder, compiler = Path(sys.argv[1]), sys.argv[2]
 
-# Maps the name for find_package() to Debian's package, and a part that needs it.
+# Maps the name for find_package() to the Debian package, and to a part of the project that needs the package.
 PACKAGES = {
     "Catch2": ("catch2", "tests of the library's parts"),
     "TinyGLTF": ("libtinygltf-dev", "tests/formats"),

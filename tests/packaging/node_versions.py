@@ -12,7 +12,7 @@ DEBIAN = 18
 
 
 def accepts(versions):
-    """Whether a range such as "^18.12 || >=20" includes a version of Debian's major number."""
+    """Whether a range such as "^18.12 || >=20" includes a version with the major version number of Debian's node."""
     for alternative in versions.split("||"):
         bounds = re.findall(r"([<>=^~]*)\s*v?(\d+)", re.sub(r"\.[\dx*.]+", "", alternative))
         if all(int(number) <= DEBIAN if ">" in sign else DEBIAN <= int(number) if "<" in sign else int(number) == DEBIAN
@@ -23,7 +23,7 @@ def accepts(versions):
 
 locks = subprocess.run(["git", "-C", ROOT, "ls-files", "*package-lock.json"], check=True, capture_output=True, text=True).stdout.split()
 if not locks:
-    sys.exit("found no package-lock.json")
+    sys.exit("expected package-lock.json files, found none")
 wrong = []
 for lock in locks:
     for name, package in json.loads((ROOT / lock).read_text(encoding="utf-8"))["packages"].items():

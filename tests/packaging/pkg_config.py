@@ -29,7 +29,7 @@ program = consumer.read_text(encoding="utf-8")
 single.write_text("#include <ldi/ldi.hpp>\n" + "".join(line for line in program.splitlines(True) if not line.startswith("#include")), encoding="utf-8")
 subprocess.run([compiler, "-std=c++20", "-fsyntax-only", f"-I{moved / 'share/ldi/single_include'}", single], check=True)
 if "MIT" not in (moved / "share/licenses/ldi/LICENSE").read_text(encoding="utf-8"):
-    sys.exit("share/licenses/ldi/LICENSE is not the MIT license")
+    sys.exit("share/licenses/ldi/LICENSE: expected the MIT license, found another text")
 
 with tempfile.TemporaryDirectory() as outside:  # CMake refuses to install headers inside the source folder
     outside = Path(outside).resolve()
@@ -39,7 +39,7 @@ with tempfile.TemporaryDirectory() as outside:  # CMake refuses to install heade
                     "-DCMAKE_INSTALL_DATADIR=share/deep", f"-DCMAKE_INSTALL_BINDIR={outside / 'bin/deep'}", f"-DCMAKE_INSTALL_INCLUDEDIR={headers}"],
                    check=True, stdout=subprocess.DEVNULL)
     if [path.name for path in away.iterdir()] != ["build"]:
-        sys.exit(f"CMake writes outside the build folder: {list(away.iterdir())}")
+        sys.exit(f"expected files only in the build folder, found others: {list(away.iterdir())}")
     subprocess.run(["cmake", "--install", away / "build"], check=True, stdout=subprocess.DEVNULL)
     environment["PKG_CONFIG_PATH"] = str(installed / "share/deep/pkgconfig")
     stated = [subprocess.run(["pkg-config", what, "ldi"], env=environment, check=True, capture_output=True, text=True).stdout.strip()

@@ -62,13 +62,13 @@ folder.mkdir(parents=True)
 manifest = json.loads((PORT / "vcpkg.json").read_text(encoding="utf-8"))
 version = ".".join(re.findall(r"#define LDI_VERSION_\w+ (\d+)", (ROOT / "include/ldi/version.hpp").read_text(encoding="utf-8")))
 if manifest["version-semver"] != version:
-    sys.exit(f"vcpkg.json has version {manifest['version-semver']}, not {version}")
+    sys.exit(f"vcpkg.json: expected version {version}, found {manifest['version-semver']}")
 
 script = folder / "run_port.cmake"
 script.write_text(f'set(FOLDER "{folder}")\nset(COMPILER "{compiler}")\n{FUNCTIONS}\ninclude("{PORT / "portfile.cmake"}")\n', encoding="utf-8")
 subprocess.run(["cmake", "-P", script], check=True)
 if list((folder / "installed").rglob("lib")) or not (folder / "installed/share/ldi/copyright").is_file():
-    sys.exit("the port installs a folder lib, which a header-only library must not, or has no license")
+    sys.exit("expected a license and no folder lib, as the library has only headers, found a folder lib or no license")
 consumer = Path(__file__).with_name("find_package")
 subprocess.run(["cmake", "-S", consumer, "-B", folder / "consumer", f"-DCMAKE_CXX_COMPILER={compiler}",
                 f"-DCMAKE_PREFIX_PATH={folder / 'installed'}", "-DWITHOUT_FILES=ON"], check=True, stdout=subprocess.DEVNULL)

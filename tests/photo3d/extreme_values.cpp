@@ -47,7 +47,7 @@ ldi::image<float> two_values(float wall, float thing) {
     return map;
 }
 
-/// Returns nothing if the map becomes a GLB file of finite numbers, else the fault.
+/// Returns nothing if the map becomes a GLB file of finite numbers. If the map is refused, returns the reason.
 std::optional<std::string> complaint_about(const ldi::image<float>& map, bool is_inverse_depth, bool is_metric) {
     ldi::photo3d_options options;
     options.normalize.is_inverse_depth = is_inverse_depth, options.normalize.is_metric = is_metric;
@@ -85,7 +85,7 @@ TEST_CASE(LDI_TEST_CONFIGURATION "photos that are empty or do not have three cha
     CHECK_THROWS_AS(ldi::area_resize(ldi::image<std::uint8_t>(4, 4, 3), 0, 4), ldi::error);
 }
 
-TEST_CASE(LDI_TEST_CONFIGURATION "depth becomes a file of finite numbers, or is refused") {
+TEST_CASE(LDI_TEST_CONFIGURATION "every depth map either becomes a GLB file of finite numbers or is refused") {
     for (const float wall : {0.0F, -0.0F, tiniest, 1e-38F, 1e-20F, 2e-9F, 1.0F, 1e6F, 1e20F, largest})
         for (const float thing : {tiniest, 1e-38F, 1e-20F, 2e-9F, 0.5F, 1.0F, 1e6F, 1e20F, largest}) {
             CAPTURE(wall, thing);

@@ -51,8 +51,8 @@ const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 
 }  // namespace
 
-// The address sanitizer has its own operator new, which some libraries call. Calls are therefore not counted there; the sanitizer
-// finds lost memory anyway.
+// With the address sanitizer, calls are not counted, because the sanitizer has its own operator new, which some libraries call.
+// The sanitizer itself detects memory that is not released.
 #if defined(__SANITIZE_ADDRESS__)
 #define LDI_TEST_COUNTS_NEW 0
 #elif defined(__has_feature)
@@ -130,7 +130,7 @@ TEST_CASE(
     };
     const std::size_t smaller = peak_of(720, 960), larger = peak_of(1440, 1920);
     CAPTURE(smaller, larger);
-    CHECK(larger < smaller + 512 * 512 * 3);  // the photo itself is 6 megabytes larger, which are not counted
+    CHECK(larger < smaller + 512 * 512 * 3);  // excludes the growth of the photo itself by 6 megabytes
 }
 
 TEST_CASE("if any allocation of the conversion fails, bad_alloc is thrown and all memory is released") {

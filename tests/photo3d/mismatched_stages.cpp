@@ -44,7 +44,7 @@ TEST_CASE("expand() and make_atlas() refuse curves and charts of a mirrored phot
     REQUIRE_FALSE(curves.empty());
     CHECK_THROWS_AS(expand(layer, {}, curves), error);
 
-    // Without hidden surfaces, charts of the mirrored photo would be a partition of this photo's pixels, too.
+    // Without hidden surfaces, charts of the mirrored photo would also be a partition of this photo's pixels.
     const photo_layers layers = expand(layer, {}, find_discontinuity_curves(layer)).layers;
     const photo_layers other_layers = expand(other, {}, find_discontinuity_curves(other)).layers;
     REQUIRE(layers.size() > 1600);
@@ -57,7 +57,7 @@ TEST_CASE("expand() and make_atlas() refuse curves and charts of a mirrored phot
     CHECK_NOTHROW(make_atlas(layers, charts));
     buffer<std::int32_t>& pixels = charts.charts.front().pixels;
     REQUIRE(pixels.size() > 1);
-    pixels[1] = pixels[0];  // one pixel twice, another one never
+    pixels[1] = pixels[0];  // one pixel is listed twice, and another is missing
     CHECK_THROWS_AS(make_atlas(layers, charts), error);
 }
 

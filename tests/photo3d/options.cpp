@@ -33,7 +33,8 @@ TEST_CASE("the size of a depth sample is the photo's width divided by the map's,
     CHECK(ldi::sample_size({}, ldi::image<std::uint8_t>(8, 8, 3), {}) == 1.0F);
 }
 
-TEST_CASE("options that are lengths grow with a depth sample's side, sizes grow with its area, and others do not change") {
+TEST_CASE(
+    "lengths in options scale with a depth sample's side, pixel counts scale with its area, and other options do not change") {
     std::mt19937 random(2);
     for (int round = 0; round < 100; ++round) {
         const float sample = 1.0F + static_cast<float>(random() % 1500) / 100.0F;
@@ -52,7 +53,7 @@ TEST_CASE("options that are lengths grow with a depth sample's side, sizes grow 
     }
 }
 
-TEST_CASE("charts of a photo are limited to the size of its sheets, and photos without pixels or size are refused") {
+TEST_CASE("charts of a photo are limited to the size of its sheets, and a photo or a geometry size of zero is refused") {
     for (const std::size_t factor : {std::size_t{1}, std::size_t{2}, std::size_t{3}})
         CHECK(ldi::for_sheets({}, 1536 * factor, 1000 * factor).charts.max_side ==
               std::min(ldi::photo3d_options().charts.max_side, ldi::max_chart_side(static_cast<double>(factor), {})));

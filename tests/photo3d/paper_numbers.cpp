@@ -151,7 +151,8 @@ TEST_CASE("curves of fewer than 20 pixel sides are dropped") {
 }
 
 TEST_CASE("a curve's direction at its end is that of its last 20 sides, even if they bend") {
-    // The foreground starts right of an oblique line that becomes vertical at its end; at y = 32 the midground on its left ends.
+    // The foreground lies to the right of an oblique line that becomes vertical near its end. To the left of the line, the
+    // midground ends at y = 32.
     const auto line = [](int y) { return 30 + std::min(y, 28) / 3; };
     const ldi::photo_layer layer = lifted(filled(60, 160, [&](int x, int y) {
         return x >= line(y) ? 0.9F : y < 32 ? 0.5F : 0.2F;
@@ -161,11 +162,12 @@ TEST_CASE("a curve's direction at its end is that of its last 20 sides, even if 
     ldi::buffer<ldi::growth_constraint> constraints;
     for (const ldi::discontinuity_curve& c : curves)
         for (const ldi::growth_constraint& constraint : c.constraints) constraints.push_back(constraint);
-    REQUIRE(constraints.size() == 1);  // that of the midground, where the three surfaces meet
+    REQUIRE(constraints.size() == 1);  // the constraint of the midground, at the point where the three surfaces meet
     const ldi::growth_constraint& end = constraints[0];
     CHECK(end.x == 39.0F);
     CHECK(end.y == 32.0F);
-    // Backwards: 5 sides up, 1 left, 3 up, 1 left, 3 up, 1 left, 3 up, 1 left, 2 up, to the corner (35, 16).
+    // From its end backward, the curve runs 5 sides up, 1 left, 3 up, 1 left, 3 up, 1 left, 3 up, 1 left, 2 up, to the corner
+    // (35, 16).
     const float length = std::hypot(4.0F, 16.0F);
     CHECK(end.outward_x == Approx(4.0F / length));
     CHECK(end.outward_y == Approx(16.0F / length));

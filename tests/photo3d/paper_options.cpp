@@ -11,8 +11,8 @@
 
 namespace {
 
-/// A near half on the right of a coarse map, in front of a far half; a rectangle of medium disparity with `spot` samples per side
-/// lies in the far half.
+/// A coarse map with a near right half and a far left half. A square of medium disparity, with `spot` samples per side, lies in
+/// the far half.
 struct coarse_scene {
     float near_disparity = 0.9F;
     std::size_t spot = 0;

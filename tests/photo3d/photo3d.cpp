@@ -54,7 +54,8 @@ double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift
 
 }  // namespace
 
-TEST_CASE("the result of clean_depth() gives the same 3D photo as the photo and its depth, with or without kept depth maps") {
+TEST_CASE(
+    "the result of clean_depth() leads to the same 3D photo as the photo and its depth, whether or not depth maps are kept") {
     const ldi::scenes::picture picture = ldi::scenes::render(ldi::scenes::scene_by_name("t_junction", 96, 72));
     const ldi::given_disparity depth{picture.disparity};
     const ldi::diffusion_inpainter inpainter;

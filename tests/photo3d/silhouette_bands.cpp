@@ -1,4 +1,4 @@
-// Constants of the silhouette network, which the training shares.
+// Constants that the silhouette network shares with its training.
 #include <ldi/ldi.hpp>
 
 #include <catch2/catch.hpp>
@@ -8,7 +8,7 @@
 #include <regex>
 #include <string>
 
-TEST_CASE("the silhouette network decides in the same bands as in its training") {
+TEST_CASE("the library and the training of the silhouette network use the same constants for bands") {
     std::ifstream file(LDI_SOURCE_DIR "/examples/training/silhouettes/band.py");
     const std::regex constant("([A-Z_]+) = ([0-9.]+) .*");
     std::map<std::string, float> trained;

@@ -89,17 +89,17 @@ def the_same_bytes():
         for name in f.names:
             f.run(f"photos/{name}.png", "--depth", f"depth/{name}.png", "-o", f"{name}.glb", "--html", f"{name}.html", "--quiet")
         lines = f.batch("photos", "-o", "out", "--html", "pages", "--report", "reports", "--threads", "3")
-        check("a line per photo", sorted(lines) == [f"photos/{name}.png" for name in f.names], lines)
+        check("a batch prints one line per photo", sorted(lines) == [f"photos/{name}.png" for name in f.names], lines)
         for name in f.names:
-            check(f"{name}.glb is the same", f.read(f"out/{name}.glb") == f.read(f"{name}.glb"))
-            check(f"{name}.html is the same", f.read(f"pages/{name}.html") == f.read(f"{name}.html"))
+            check(f"{name}.glb has the same bytes as from a single run", f.read(f"out/{name}.glb") == f.read(f"{name}.glb"))
+            check(f"{name}.html has the same bytes as from a single run", f.read(f"pages/{name}.html") == f.read(f"{name}.html"))
             line, report = lines[f"photos/{name}.png"], json.loads(f.read(f"reports/{name}.json"))
-            check(f"{name}: outputs", line["outputs"] == [f"out/{name}.glb", f"pages/{name}.html", f"reports/{name}.json"], line)
-            check(f"{name}: hidden share", abs(line["hidden_share"] - report["hidden_pixels"] / (60 * 80)) < 1e-4 and line["hidden_share"] > 0, line)
-            check(f"{name}: milliseconds", abs(line["milliseconds"] - report["milliseconds"]["total"]) <= 0.051 and line["milliseconds"] > 0, line)
-            check(f"{name}: figures are rounded", re.search(r'"milliseconds":[0-9]+\.[0-9],', json.dumps(line, separators=(",", ":"))) is not None, line)
+            check(f"{name}: the line lists all outputs", line["outputs"] == [f"out/{name}.glb", f"pages/{name}.html", f"reports/{name}.json"], line)
+            check(f"{name}: the line has the share of hidden pixels", abs(line["hidden_share"] - report["hidden_pixels"] / (60 * 80)) < 1e-4 and line["hidden_share"] > 0, line)
+            check(f"{name}: the line has the duration in the report", abs(line["milliseconds"] - report["milliseconds"]["total"]) <= 0.051 and line["milliseconds"] > 0, line)
+            check(f"{name}: the line has rounded numbers", re.search(r'"milliseconds":[0-9]+\.[0-9],', json.dumps(line, separators=(",", ":"))) is not None, line)
         check("the last message counts the photos", "5 converted, 0 skipped, 0 failed" in f.said, f.said)
-        check("no carriage return without a terminal", "\r" not in f.said)
+        check("without a terminal, no carriage return is printed", "\r" not in f.said)
     with folder_of_photos(2) as f:
         f.run("photos/a.png", "--depth-model", NETWORK, "-o", "a.glb", "--quiet")
         f.batch("photos/a.png", "photos/b.png", "--depth-model", NETWORK, "-o", "out", "--quiet", given_depth=False)
@@ -116,18 +116,18 @@ def lists():
         os.mkdir(f / "out")
         f.write("list.jsonl", text.encode())
         lines = f.batch("list.jsonl", "-o", "rest")
-        check("a list names outputs for some photos", f.list("out") == ["1.glb", "1.json", "2.glb"] and f.list("rest") == ["c.glb"], lines)
+        check("a list can name outputs for some photos, and -o applies to the others", f.list("out") == ["1.glb", "1.json", "2.glb"] and f.list("rest") == ["c.glb"], lines)
         f.run("photos/b.png", "--depth", "depth/c.png", "-o", "b.glb")
-        check("a depth map in a list", f.read("out/2.glb") == f.read("b.glb"))
+        check("a list can name a depth map", f.read("out/2.glb") == f.read("b.glb"))
         f.batch("-", "photos/d.png", "-o", "again", input=b'"photos/a.png"\n{"photo": "photos/b.png"}')
-        check("photos from standard input and from arguments", f.list("again") == ["a.glb", "b.glb", "d.glb"])
+        check("photos are read from standard input and from arguments", f.list("again") == ["a.glb", "b.glb", "d.glb"])
         bad = [b'"' + b"a" * 2_000_000 + b'"', b"{", b"3", b'{"output": "x.glb"}', b'{"photo": 3}', b'{"photo": ""}', b'{"photo": "-"}', b'{"photo": "photos/a.png", "outptu": "x.glb"}', b'{"photo": "photos/a.png", "output": "photos/b.png\\u0000.glb"}', b'{"photo": "photos/a.png\\u0000"}', b'{"photo": ' + b"[" * 200_000 + b"]" * 200_000 + b"}", b"[" * 1_000_000]
         lines = subprocess.run([PROGRAM, "--batch", "-", "--depth", "depth", "-o", "bad"], cwd=f.path, input=b"\n".join([*bad, b'"photos/e.png"']), capture_output=True)
         lines = [json.loads(line) for line in lines.stdout.splitlines()]
         errors = [line["error"] for line in lines if "error" in line]
         check("invalid lines have error codes", [e["code"] for e in errors] == ["too large"] + ["invalid data"] * (len(bad) - 1), str(errors)[:2000])
-        check("a message names the number of the line", "standard input, line 2" in errors[1]["message"], errors)
-        check("messages are short", all(len(e["message"]) < 1000 for e in errors), errors)
+        check("an error message states the line number", "standard input, line 2" in errors[1]["message"], errors)
+        check("error messages have less than 1000 characters", all(len(e["message"]) < 1000 for e in errors), errors)
         check("deeply nested JSON is refused as nested", all("nested" in e["message"] and len(e["message"]) < 1000 for e in errors[-2:]), str(errors)[:2000])
         check("a photo after invalid lines is converted", f.list("bad") == ["e.glb"])
         check("a null character in a name does not end the name", f.read("photos/b.png") == photo(1))
@@ -143,10 +143,10 @@ def bad_photos():
             f.write(f"depth/{name}.png", depth(1))
         shutil.copy(f / "photos/a.png", f / "photos/lonely.png")
         lines = f.batch("photos", "nowhere", "none.jsonl", "-o", "out", code=NEVER)
-        check("all good photos are converted", f.list("out") == [f"{name}.glb" for name in f.names], f.list("out"))
+        check("all valid photos are converted", f.list("out") == [f"{name}.glb" for name in f.names], f.list("out"))
         errors = {name: line["error"] for name, line in lines.items() if "error" in line}
-        check("bad photos have error codes", {name: e["code"] for name, e in errors.items()} == {"photos/cut.png": "invalid data", "photos/empty.jpg": "invalid data", "photos/lonely.png": "file access", "nowhere": "file access", "none.jsonl": "file access"}, errors)
-        check("bad photos are not marked for another try", all(not e["try_again"] and e["exit_code"] == NEVER for e in errors.values()), errors)
+        check("invalid and missing photos have error codes", {name: e["code"] for name, e in errors.items()} == {"photos/cut.png": "invalid data", "photos/empty.jpg": "invalid data", "photos/lonely.png": "file access", "nowhere": "file access", "none.jsonl": "file access"}, errors)
+        check("invalid photos are not marked for another try", all(not e["try_again"] and e["exit_code"] == NEVER for e in errors.values()), errors)
         os.mkfifo(f / "pipe.png")
         f.write("listed.jsonl", b'"pipe.png"\n"/dev/zero"\n"photos/a.png"\n')
         lines = f.batch("listed.jsonl", "-o", "listed", given_depth=False, code=NEVER)
@@ -157,13 +157,13 @@ def bad_photos():
         models = {**os.environ, "LDI_MODELS": os.path.join(SOURCE, "examples/models")}
         said = f.run("huge/a.png", "-o", "huge.glb", env=models).stderr.decode()
         lines = f.batch("huge", "-o", "with_huge", given_depth=False, env=models)
-        check("a file beside a photo that is too large for a depth map does not stop the photo", f.read("huge.glb") == f.read("with_huge/a.glb") and all("a_depth.png: expected at most" in text for text in (said, str(lines))), (said, lines))
+        check("a photo is converted even if the file beside it is too large for a depth map", f.read("huge.glb") == f.read("with_huge/a.glb") and all("a_depth.png: expected at most" in text for text in (said, str(lines))), (said, lines))
         lines = f.batch("photos/a.png", "photos/b.png", "photos/../photos/a.png", "-o", "out", code=NEVER)
         check("a photo that is named twice is refused the second time", [line.get("error", {}).get("code") for line in sorted(lines.values(), key=lambda line: line["index"])] == [None, None, "invalid option"], lines)
         os.mkdir(f / "full")
         os.symlink("/dev/full", f / "full/a.glb")
         lines = f.batch("photos/a.png", "photos/b.png", "-o", "full", code=TRY_AGAIN)
-        check("a photo is marked for another try if the device is full", lines["photos/a.png"]["error"]["try_again"] and "outputs" in lines["photos/b.png"], lines)
+        check("if the device is full, a photo is marked for another try", lines["photos/a.png"]["error"]["try_again"] and "outputs" in lines["photos/b.png"], lines)
         f.write("photos/b.html", b"another's page")
         os.rename(f / "viewer.html", f / "none.html")
         f.write("photos/c.glb", b"another's")
@@ -171,17 +171,17 @@ def bad_photos():
         check("an existing file that the program did not write is kept", "error" in lines["photos/c.png"] and f.read("photos/c.glb") == b"another's" and "error" not in lines["photos/b.png"], lines)
     with folder_of_photos(2) as f:
         for name, arguments, words in (
-            ("two photos without --batch", ["photos/a.png", "photos/b.png"], "--batch"),
-            ("--skip-existing without a batch", ["photos/a.png", "--skip-existing"], "--batch"),
-            ("stages in a batch", ["--batch", "photos", "--stages", "s"], "--stages"),
-            ("a video in a batch", ["--batch", "photos", "--video", "v.mp4"], "--video"),
-            ("standard output in a batch", ["--batch", "photos", "-o", "-"], "folder"),
-            ("a memory limit that is not a size", ["--batch", "photos", "--memory", "much"], "--memory"),
+            ("two photos without --batch are refused", ["photos/a.png", "photos/b.png"], "--batch"),
+            ("--skip-existing without --batch is refused", ["photos/a.png", "--skip-existing"], "--batch"),
+            ("--stages with --batch is refused", ["--batch", "photos", "--stages", "s"], "--stages"),
+            ("--video with --batch is refused", ["--batch", "photos", "--video", "v.mp4"], "--video"),
+            ("standard output as the output of a batch is refused", ["--batch", "photos", "-o", "-"], "folder"),
+            ("a memory limit that is not a size is refused", ["--batch", "photos", "--memory", "much"], "--memory"),
         ):
             result = f.run(*arguments, "--depth", "depth")
-            check(f"{name}: {result.returncode}", result.returncode == USAGE and words in result.stderr.decode() and not result.stdout, result.stderr)
+            check(f"{name}: exit code {result.returncode}", result.returncode == USAGE and words in result.stderr.decode() and not result.stdout, result.stderr)
         result = f.run("--batch", "photos", "--depth", "depth", "-o", "viewer.html")
-        check("a file as the output folder", result.returncode == NEVER, result.stderr)
+        check("a file as the output folder of a batch is refused", result.returncode == NEVER, result.stderr)
         reader = subprocess.Popen(["sh", "-c", '"$@" | true', "sh", PROGRAM, "--batch", "photos", "--depth", "depth", "--inpaint", "diffusion", "-o", "out", "--quiet"], cwd=f.path, stderr=subprocess.PIPE)
         check("a reader that closes its pipe causes no crash", b"photo3d: standard output" in reader.communicate()[1] or f.list("out") == ["a.glb", "b.glb"])
 
@@ -193,8 +193,8 @@ def links():
 
     def expect(name, f, first, second):
         lines = f.batch("-", code=NEVER, input=outputs(first, second))
-        check(f"{name}: the first is written", is_whole_glb(f.read(first)), lines)
-        check(f"{name}: the second is refused", lines["photos/b.png"].get("error", {}).get("code") == "invalid option", lines)
+        check(f"two names of one output ({name}): the first photo is written", is_whole_glb(f.read(first)), lines)
+        check(f"two names of one output ({name}): the second photo is refused", lines["photos/b.png"].get("error", {}).get("code") == "invalid option", lines)
 
     for name in ("a link", "a link that leads nowhere yet", "a folder's link", "a hard link"):
         with folder_of_photos(2) as f:
@@ -242,9 +242,9 @@ def formats():
         for i in range(30):
             f.write(f"photos/film{i:02}.mov", b"")
         f.batch("photos", "-o", "out")
-        check("files that the batch leaves out are named and counted", all(word in f.said for word in ("32 left out", "film00.mov", " more", f"{len(wanted)} converted")) and ".hidden" not in f.said, f.said)
+        check("files that the batch skips are named and counted", all(word in f.said for word in ("32 left out", "film00.mov", " more", f"{len(wanted)} converted")) and ".hidden" not in f.said, f.said)
         f.batch("photos", "-o", "out", "--quiet")
-        check("with --quiet, they are not named", f.said == "", f.said)
+        check("with --quiet, skipped files are not named", f.said == "", f.said)
 
 
 def memory_of_maps():
@@ -406,7 +406,7 @@ def terminal():
         os.close(follower)
         said = os.read(leader, 65536).decode()
         os.close(leader)
-        check("progress on a terminal", "1 of 3 photos" in said and "photos/s" in said and " left" in said, said)
+        check("on a terminal, the batch prints its progress", "1 of 3 photos" in said and "photos/s" in said and " left" in said, said)
         check("standard output has only lines of JSON", len([json.loads(line) for line in lines.splitlines()]) == 3)
 
 
@@ -419,10 +419,10 @@ def galleries():
         lines = f.batch(*arguments, code=NEVER)
         check("posters are among the outputs", lines["photos/a.png"]["outputs"] == ["out/a.glb", "pages/all_posters/.._-out_-a.jpg"], lines)
         page = f.read("pages/all.html").decode()
-        check("the page of the gallery surrounds the list of photos", page.startswith("before<script id=\"photos\"") and page.endswith("</script>after") and page.count("</script>") == 1, page)
+        check("the gallery page contains the list of photos in place of its mark", page.startswith("before<script id=\"photos\"") and page.endswith("</script>after") and page.count("</script>") == 1, page)
         entries = json.loads(page[page.index(">") + 1 : page.rindex("</script>")])
-        check("an entry of a photo in the gallery", entries[0] == {"title": "a.png", "src": "../out/a.glb", "poster": "all_posters/.._-out_-a.jpg"}, entries)
-        check("an entry of a failure in the gallery", entries[2]["title"] == "c.png" and "error" in entries[2] and len(entries) == 3, entries)
+        check("the gallery entry of a photo has a title, a file and a poster", entries[0] == {"title": "a.png", "src": "../out/a.glb", "poster": "all_posters/.._-out_-a.jpg"}, entries)
+        check("the gallery entry of a failed photo has a title and an error", entries[2]["title"] == "c.png" and "error" in entries[2] and len(entries) == 3, entries)
         f.batch(*arguments, "--skip-existing", code=NEVER)
         check("a second run skips existing photos and still lists them", "0 converted, 2 skipped" in f.said and f.read("pages/all.html").decode() == page, f.said)
         names = ["g/a/b.glb", "g/a__b.glb", "g/a_-b.glb", "g/a_/b.glb"]
@@ -430,11 +430,11 @@ def galleries():
             os.makedirs(f / name)
         f.write("list.jsonl", "\n".join(json.dumps({"photo": "photos/a.png", "depth": "depth/a.png", "output": name}) for name in names).encode())
         result = f.run("--batch", "list.jsonl", "--gallery", "g/all.html")
-        check("each photo of a gallery has its own small picture", result.returncode == DONE and len(f.list("g/all_posters")) == len(names), result.stdout)
+        check("each photo of a gallery has its own poster", result.returncode == DONE and len(f.list("g/all_posters")) == len(names), result.stdout)
         f.write("gallery.html", b"another version")
         result = f.run("--batch", "photos", "--depth", "depth", "-o", "other", "--gallery", "pages/other.html")
-        check("a gallery of another version", result.returncode == NEVER and b"gallery.html" in result.stderr, result.stderr)
-        check("a gallery without --batch", f.run("photos/a.png", "--gallery", "x.html").returncode == USAGE)
+        check("a gallery template of another version is refused", result.returncode == NEVER and b"gallery.html" in result.stderr, result.stderr)
+        check("--gallery without --batch is refused", f.run("photos/a.png", "--gallery", "x.html").returncode == USAGE)
 
 
 for part in (the_same_bytes, lists, galleries, bad_photos, links, formats, reader_goes_away, memory, memory_of_maps, memory_of_maps_inside, kills, terminal):

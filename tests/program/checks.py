@@ -5,7 +5,7 @@ passed = failed = 0
 
 
 def check(name, is_good, said=""):
-    """Counts a check. If it failed, prints its name and what a program said."""
+    """Counts a check. If it failed, prints its name and `said`, the output of the tested program."""
     global passed, failed
     if is_good:
         passed += 1
@@ -15,6 +15,6 @@ def check(name, is_good, said=""):
 
 
 def finish():
-    """Prints the counts and ends the test; its exit code is 1 if a check failed."""
+    """Prints the counts and ends the test, with exit code 1 if a check failed."""
     print(f"{passed} passed, {failed} failed")
     sys.exit(1 if failed else 0)

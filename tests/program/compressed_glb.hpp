@@ -43,7 +43,7 @@ public:
         const bool is_triangles = stream.at("mode") == "TRIANGLES";
         const int failure = is_triangles ? meshopt_decodeIndexBuffer(decoded.data(), count, stride, from, bytes)
                                          : meshopt_decodeVertexBuffer(decoded.data(), count, stride, from, bytes);
-        if (failure != 0) throw std::runtime_error("a stream that does not decode");
+        if (failure != 0) throw std::runtime_error("expected a valid compressed stream, found one that does not decode");
         if (stream.value("filter", "NONE") == "EXPONENTIAL") meshopt_decodeFilterExp(decoded.data(), count, stride);
         return decoded;
     }

@@ -83,20 +83,20 @@ def expect(name, folder, arguments, code, words=(), made=None, quiet=True, **how
     before = folder.state()
     result = folder.run(*arguments, quiet=quiet, **how)
     said = result.stderr.decode(errors="replace")
-    check(f"{name}: exit code {result.returncode}", result.returncode == code, said)
+    check(f"{name}: expected exit code {code}, found {result.returncode}", result.returncode == code, said)
     check(f"{name}: the message has the expected words", all(word in said for word in words), said)
     if made is None:
-        check(f"{name}: nothing is changed", folder.state() == before)
+        check(f"{name}: no file is changed", folder.state() == before)
     else:
-        check(f"{name}: makes {folder.made()}", folder.made() == sorted(made))
+        check(f"{name}: the run writes exactly the expected files, found {folder.made()}", folder.made() == sorted(made))
     return result
 
 
 def first_words():
     version = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True)
-    check("the version", version.returncode == DONE and version.stdout.startswith("photo3d ") and version.stdout.count(".") == 2)
+    check("--version prints the name and the version", version.returncode == DONE and version.stdout.startswith("photo3d ") and version.stdout.count(".") == 2)
     help_text = subprocess.run([PROGRAM, "--help"], capture_output=True, text=True).stdout
-    check("--help: what any exit code but 0 means", "Without --batch, any code but 0 means that no file was written" in " ".join(help_text.split()))
+    check("--help explains exit codes other than 0", "Without --batch, any code but 0 means that no file was written" in " ".join(help_text.split()))
     options = set(re.findall(r"--[a-z][a-z0-9-]+", help_text))
     for kind, lines in (("man", (".TH PHOTO3D 1", ".SH EXIT STATUS")), ("bash", ("complete ",)), ("zsh", ("#compdef photo3d",)), ("fish", ("complete -c photo3d",))):
         text = subprocess.run([PROGRAM, "--generate", kind], capture_output=True, text=True).stdout
@@ -105,11 +105,11 @@ def first_words():
         check(f"{kind} names every option: missing {missing}", not missing and len(options) > 20 and all(line in text for line in lines))
         check(f"{kind} contains no path of the machine that built it", SOURCE not in text and "/build/" not in text)
         if kind == "man":
-            check("the manual: PHOTO is an input", re.search(r"\.SS Input\n\.TP\n\.I PHOTO\n", text) and text.index(".SS Input") < text.index(".SS Output"))
-            check("the manual: the synopsis is that of --help", ".B photo3d\n.RI [ OPTION ...]\n.IR PHOTO ...\n" in text and "\nUsage: photo3d [OPTION...] PHOTO...\n" in help_text)
+            check("the manual lists PHOTO under Input", re.search(r"\.SS Input\n\.TP\n\.I PHOTO\n", text) and text.index(".SS Input") < text.index(".SS Output"))
+            check("the manual has the same synopsis as --help", ".B photo3d\n.RI [ OPTION ...]\n.IR PHOTO ...\n" in text and "\nUsage: photo3d [OPTION...] PHOTO...\n" in help_text)
             check("the manual states what relative paths are relative to", plain.count("../share/ldi/") == plain.count(" (relative to the program)") == 2)
         if kind != "man" and shutil.which(kind):
-            check(f"{kind} reads its completions", subprocess.run([kind, "-n"], input=text, text=True, capture_output=True).returncode == 0)
+            check(f"{kind} parses its completion script", subprocess.run([kind, "-n"], input=text, text=True, capture_output=True).returncode == 0)
     for option in ("-h", "--help", "--version", "--generate man", "--generate bash", "--generate zsh", "--generate fish"):
         read, closed = os.pipe()
         os.close(read)
@@ -117,7 +117,7 @@ def first_words():
             # restore_signals: as in a shell, SIGPIPE ends the program by default; Python ignores the signal.
             result = subprocess.run([PROGRAM, *option.split()], stdout=place, stderr=subprocess.PIPE, restore_signals=True)
             os.close(place)
-            check(f"{option} into {output}: exit code {result.returncode}", result.returncode == TRY_AGAIN and b"photo3d: standard output: expected a writable output, found " in result.stderr, result.stderr)
+            check(f"{option} into {output} fails with a message, exit code {result.returncode}", result.returncode == TRY_AGAIN and b"photo3d: standard output: expected a writable output, found " in result.stderr, result.stderr)
 
 
 def names():
@@ -131,9 +131,9 @@ def names():
         result = expect("messages about written files", f, ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--report", "a.json"], DONE, made=["a.glb", "a.html", "a.json"], quiet=False)
         end = result.stdout.decode().rstrip().splitlines()[-3:]
         stages, table = result.stderr.decode(), result.stdout.decode()
-        check("each stage is printed once, and the total once", all((stages + table).count(name) == 1 for name in ("reading photo", "connected components", "encoding ", "\ntotal ")) and "reading photo" in stages and "\ntotal " in table, stages + table)
+        check("each stage and the total are printed once", all((stages + table).count(name) == 1 for name in ("reading photo", "connected components", "encoding ", "\ntotal ")) and "reading photo" in stages and "\ntotal " in table, stages + table)
         with_network = subprocess.run([PROGRAM, "me.png", "--depth", "depth.png", "-o", "b.glb"], cwd=f.path, capture_output=True, text=True).stderr
-        check("the durations are in one column, even with networks", len({line.rindex(" ms") for line in with_network.splitlines() if line.endswith(" ms")}) == 1, with_network)
+        check("durations are printed in one column, even with networks", len({line.rindex(" ms") for line in with_network.splitlines() if line.endswith(" ms")}) == 1, with_network)
         os.remove(f / "b.glb")
         check("the last lines name the written files and what opens them", [line.split()[:2] for line in end] == [["writes", name] for name in ("a.html", "a.glb", "a.json")] and "browser" in end[0], end)
         for name in ("a.glb", "a.html", "a.json"):
@@ -144,12 +144,12 @@ def names():
         f.given.add("photo-3d")
         expect("--embed", f, ["me.png", "--html", "a b.html", "--embed", "--viewer", "viewer.html"], DONE, made=["a b.html", "a b.glb", "a b.poster.jpg", "photo-3d.js"])
         page = f.read("a b.html").decode()
-        check("--embed: the lines to copy", "src=&quot;a%20b.glb&quot; poster=&quot;a%20b.poster.jpg&quot; width=&quot;" in page, page[-2000:])
+        check("--embed writes a page with the lines to copy", "src=&quot;a%20b.glb&quot; poster=&quot;a%20b.poster.jpg&quot; width=&quot;" in page, page[-2000:])
         check("--embed: the files", is_whole_glb(f.read("a b.glb")) and f.read("a b.poster.jpg")[:2] == b"\xff\xd8" and f.read("photo-3d.js") == b"the element")
         for name in ("a b.html", "a b.glb", "a b.poster.jpg", "photo-3d.js"):
             os.remove(f / name)
         result = expect("no viewer", f, ["me.png", "--viewer", "none.html"], DONE, ["examples/viewer/build.sh"], made=["me.glb"], quiet=False)
-        check("no carriage return without a terminal", b"\r" not in result.stderr + result.stdout)
+        check("without a terminal, no carriage return is printed", b"\r" not in result.stderr + result.stdout)
         for name, arguments, words in (
             ("an empty name", ["me.png", "-o", ""], ["--output"]),
             ("an empty depth model", ["me.png", "--depth-model", ""], ["--depth-model: expected a name"]),
@@ -190,7 +190,7 @@ def names():
             check(f"{name}: the message is one line of photo3d", said.startswith(b"photo3d: ") and said.count(b"\n") == 1, said)
         for option, words in (("--fov", "--fov: expected a value (NUMBER, 5 to 150), found none"), ("-o", "--output: expected a value (FILE), found none"), ("--generate", "--generate: expected man, bash, zsh or fish, found none")):
             result = subprocess.run([PROGRAM, "me.png", option], cwd=f.path, capture_output=True, text=True)
-            check(f"{option} as the last word", result.returncode == USAGE and words in result.stderr, result.stderr)
+            check(f"{option} without a value is refused", result.returncode == USAGE and words in result.stderr, result.stderr)
         expect("a disabled format", f, ["me.png", "-o", "a.glb", "--formats", "jpeg,heif"], NEVER, ["me.png", "an enabled format: jpeg, heif"])
         expect("enabled formats", f, ["me.png", "-o", "b.glb", "--formats", "png"], DONE, made=["b.glb", "me.glb"])
         os.remove(f / "b.glb")
@@ -246,7 +246,7 @@ def names():
         for arguments, made in ((["--usdz", "a.usdz", "--quality", "10"], ["a.usdz"]), (["--stereo-image", "a.jps", "--quality", "10"], ["a.jps"])):
             expect(f"{arguments} have an effect", f, ["me.png", *arguments], DONE, made=["me.glb", *made] if "me.glb" in f.made() else made)
             os.remove(f / made[0])
-        expect("a missing folder, and a failure", f, ["me.png", "-o", "no/such/a.glb", "--html", "no/page.txt"], USAGE, ["page.txt"])
+        expect("a missing folder and an invalid output name", f, ["me.png", "-o", "no/such/a.glb", "--html", "no/page.txt"], USAGE, ["page.txt"])
         expect("a missing folder below a file", f, ["me.png", "-o", "depth.png/no/a.glb"], NEVER, ["depth.png", "expected"])
         expect("missing folders", f, ["me.png", "-o", "no/such/a.glb"], DONE, made=["me.glb", "no"])
         check("missing folders: the GLB is complete", is_whole_glb(f.read("no/such/a.glb")))
@@ -254,30 +254,30 @@ def names():
         expect("a folder as a report", f, ["me.png", "-o", "a.glb", "--report", "."], NEVER, ["folder"])
         expect("a file as the folder of stages", f, ["me.png", "--stages", "depth.png"], NEVER, ["depth.png"])
         said = expect("control characters in a name", f, ["a\x1b[31m\nb.png", "-o", "a.glb"], NEVER, ["a\\x1B[31m\\x0Ab.png"]).stderr
-        check("the message is one line", said.count(b"\n") == 1 and b"\x1b" not in said)
+        check("control characters in a name: the message is one line", said.count(b"\n") == 1 and b"\x1b" not in said)
         expect("a field of view with half a degree", f, ["me.png", "--fov", "26.5", "-o", "a.GLB"], DONE, made=["a.GLB", "me.glb"])
     with folder_of_files() as f:
         through = f.run("-", "-o", "-", input=PHOTO)
-        check("from standard input to standard output", through.returncode == DONE and is_whole_glb(through.stdout) and not f.made())
+        check("a photo from standard input is converted to standard output", through.returncode == DONE and is_whole_glb(through.stdout) and not f.made())
         through = f.run("-", input=PHOTO)
-        check("standard input alone", is_whole_glb(through.stdout) and not f.made())
+        check("without -o, a photo from standard input is converted to standard output", is_whole_glb(through.stdout) and not f.made())
         with open(f / "me.png", "rb") as photo:
             result = subprocess.run(f.command("-", "-o", "me.png"), cwd=f.path, stdin=photo, capture_output=True)
         check("an output to the file that is read as standard input is refused", result.returncode == USAGE and f.read("me.png") == PHOTO)
         report = f.run("me.png", "-o", "a.glb", "--report", "-")
-        check("a report to standard output", json.loads(report.stdout)["width"] == 60)
+        check("a report can be written to standard output", json.loads(report.stdout)["width"] == 60)
         odd = os.fsdecode(b"d\xff.png")
         shutil.copy(f / "depth.png", f / odd)
         result = subprocess.run([PROGRAM, "me.png", "--depth", odd, "--quiet", "-o", "a.glb", "--report", "odd.json"], cwd=f.path, capture_output=True)
-        check("a name that is not UTF-8", result.returncode == DONE and json.loads(f.read("odd.json"))["width"] == 60, result.stderr)
+        check("a depth map whose name is not UTF-8 is read", result.returncode == DONE and json.loads(f.read("odd.json"))["width"] == 60, result.stderr)
 
 
 def start_script():
     """Runs examples/photo3d/run.sh with a program that only prints its output paths."""
     script = os.path.join(SOURCE, "examples/photo3d/run.sh")
     usage = subprocess.run([script, "--help"], capture_output=True, text=True)
-    check("run.sh --help", usage.returncode == DONE and "usage: " in usage.stdout and usage.stderr == "", usage)
-    check("run.sh --hlep", subprocess.run([script, "--hlep"], capture_output=True).returncode == USAGE)
+    check("run.sh --help prints the usage", usage.returncode == DONE and "usage: " in usage.stdout and usage.stderr == "", usage)
+    check("run.sh refuses the unknown option --hlep", subprocess.run([script, "--hlep"], capture_output=True).returncode == USAGE)
     with tempfile.TemporaryDirectory() as top:
         def write(name, text):
             path = os.path.join(top, name)
@@ -296,11 +296,11 @@ def start_script():
         made = []
         for photo in [*photos, *photos]:
             result = subprocess.run([copy, photo], capture_output=True, text=True, env={**os.environ, "PATH": os.path.join(top, "tools") + ":" + os.environ["PATH"]})
-            check(f"run.sh {photo}", result.returncode == DONE, result.stderr)
+            check(f"run.sh converts {photo}", result.returncode == DONE, result.stderr)
             made.append(result.stdout.splitlines()[-1])
         check(f"photos with the same name get different files, and the same photo gets the same files again: {made}", len(set(made)) == 3 and made[:3] == made[3:])
         check("each of these files belongs to its photo", [open(name).read().strip() for name in made[:3]] == photos)
-        check("a folder for run.sh", "--batch" in subprocess.run([copy, top], capture_output=True, text=True).stderr)
+        check("for a folder, run.sh recommends --batch", "--batch" in subprocess.run([copy, top], capture_output=True, text=True).stderr)
 
 
 def key_frames():
@@ -334,15 +334,15 @@ def outputs_that_are_inputs():
         f.write("keys.json", b'[{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2]}]')
         for name in ("me.png", "link.glb", "twin.glb", "../" + os.path.basename(f.path) + "/me.png", "depth.png", "viewer.html"):
             expect(f"-o {name}", f, ["me.png", "-o", name, "--viewer", "viewer.html"], USAGE, ["same file"])
-        expect("a page over the photo", f, ["me.png", "--html", "me.png", "--viewer", "viewer.html"], USAGE, ["same file"])
-        expect("a report over the depth map", f, ["me.png", "-o", "a.glb", "--report", "depth.png"], USAGE, ["same file"])
-        expect("a depth map over the depth map", f, ["me.png", "--depth-map", "depth.png"], USAGE, ["same file"])
-        expect("a report over the key frames", f, ["me.png", "--video", "v", "--path", "keys.json", "--report", "keys.json"], USAGE, ["same file"])
-        expect("one name twice", f, ["me.png", "-o", "a.glb", "--report", "a.glb"], USAGE, ["same file"])
-        expect("one file by two names", f, ["me.png", "-o", "dangling.glb", "--report", "absent.glb"], USAGE, ["same file"])
+        expect("a page that would overwrite the photo", f, ["me.png", "--html", "me.png", "--viewer", "viewer.html"], USAGE, ["same file"])
+        expect("a report that would overwrite the depth map", f, ["me.png", "-o", "a.glb", "--report", "depth.png"], USAGE, ["same file"])
+        expect("an output depth map that would overwrite the input depth map", f, ["me.png", "--depth-map", "depth.png"], USAGE, ["same file"])
+        expect("a report that would overwrite the key frames", f, ["me.png", "--video", "v", "--path", "keys.json", "--report", "keys.json"], USAGE, ["same file"])
+        expect("two outputs with the same name", f, ["me.png", "-o", "a.glb", "--report", "a.glb"], USAGE, ["same file"])
+        expect("two outputs with different names of the same file", f, ["me.png", "-o", "dangling.glb", "--report", "absent.glb"], USAGE, ["same file"])
         os.mkdir(f / "frames")
         os.rename(f / "me.png", f / "frames/frame_00001.png")
-        expect("frames over the photo", f, ["frames/frame_00001.png", "--video", "frames", "--seconds", "0.2", "--fps", "5"], USAGE, ["same file"])
+        expect("frames that would overwrite the photo", f, ["frames/frame_00001.png", "--video", "frames", "--seconds", "0.2", "--fps", "5"], USAGE, ["same file"])
 
 
 def what_is_kept():
@@ -353,11 +353,11 @@ def what_is_kept():
         os.link(f / "b.glb", f / "other.glb")
         os.chmod(f / "c.glb", 0o640)
         for name in ("a.glb", "b.glb", "c.glb"):
-            check(f"writes {name}", f.run("me.png", "-o", name).returncode == DONE)
-        check("a link is written through", os.path.islink(f / "a.glb") and is_whole_glb(f.read("real/a.glb")))
+            check(f"the program writes {name}", f.run("me.png", "-o", name).returncode == DONE)
+        check("an output that is a symbolic link is written to the link's target", os.path.islink(f / "a.glb") and is_whole_glb(f.read("real/a.glb")))
         check("hard links are kept", os.path.samefile(f / "b.glb", f / "other.glb") and is_whole_glb(f.read("other.glb")))
         check("permissions are kept", stat.S_IMODE(os.stat(f / "c.glb").st_mode) == 0o640 and is_whole_glb(f.read("c.glb")))
-        check(f"nothing else is made: {f.made()}", f.made() == ["a.glb", "b.glb", "c.glb", "other.glb", "real"] and os.listdir(f / "real") == ["a.glb"])
+        check(f"no other files are written, found {f.made()}", f.made() == ["a.glb", "b.glb", "c.glb", "other.glb", "real"] and os.listdir(f / "real") == ["a.glb"])
         if os.geteuid() != 0:  # root can write everywhere
             os.chmod(f / "c.glb", 0o440)
             expect("a protected file", f, ["me.png", "-o", "c.glb"], NEVER, ["c.glb", "protected"])
@@ -368,10 +368,10 @@ def what_is_kept():
         everything = ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--stages", "stages", "--depth-map", "map.png"]
         expect("a full disk", f, [*everything, "--report", "/dev/full"], TRY_AGAIN, ["/dev/full"])
         with open("/dev/full", "w") as full:
-            expect("figures that can't be printed", f, ["me.png", "-o", "a.glb"], TRY_AGAIN, ["photo3d: standard output: "], quiet=False, stdout=full)
+            expect("a table of durations that can't be printed", f, ["me.png", "-o", "a.glb"], TRY_AGAIN, ["photo3d: standard output: "], quiet=False, stdout=full)
         read, write = os.pipe()
         os.close(read)
-        expect("figures without a reader", f, ["me.png", "-o", "a.glb"], TRY_AGAIN, ["photo3d: standard output: "], quiet=False, stdout=write)
+        expect("a table of durations without a reader", f, ["me.png", "-o", "a.glb"], TRY_AGAIN, ["photo3d: standard output: "], quiet=False, stdout=write)
         os.close(write)
         tools = f / "tools"
         os.mkdir(tools)
@@ -398,8 +398,8 @@ def is_whole(name, content):
 
 
 def kills():
-    """Kills the program at random times: every file is complete, old or new. After a signal that it can catch, no temporary file remains, and
-    all files are old or all are new."""
+    """Kills the program at random times. Every file must then be complete, either old or new. After a signal that the program can catch, no
+    temporary file may remain, and either all files are old or all are new."""
     random.seed(1)
     names = ["a.glb", "a.html", "a.json", "map.png"]
     with folder_of_files() as f:
@@ -421,27 +421,27 @@ def kills():
             said = process.communicate()[1]
             after_signal.append(process.returncode)
             new = [name for name in names if f.read(name) != b"old"]
-            check(f"kill {i}: after {number.name}, the program prints nothing", said == b"", said)
+            check(f"kill {i}: the program prints nothing after {number.name}", said == b"", said)
             check(f"kill {i}: {number.name} ends the program", process.returncode in (0, -number), str(process.returncode))
             check(f"kill {i}: photo, depth map and viewer are unchanged", (f.read("me.png"), f.read("depth.png"), f.read("viewer.html")) == (PHOTO, DEPTH, VIEWER))
-            # A kill may leave a file incomplete only if the file has hard links. A copy then lies beside it, in a folder *.recover.
+            # A kill may leave a file incomplete only if the file has hard links. A folder *.recover beside the file then contains a copy.
             kept = [name for name in os.listdir(f.path) if name.endswith(".recover")]
             check(f"kill {i}: {number.name} leaves complete files", all(is_whole(name, f.read(name)) for name in new if not (kept and name == "a.json")))
             if number != signal.SIGKILL:
-                check(f"kill {i}: all files are new or none is, {new}", len(new) in (0, len(names)))
-                check(f"kill {i}: frames exist if the other files are new", os.path.isdir(f / "frames") == bool(new))
+                check(f"kill {i}: either all files are new or all are old, found new {new}", len(new) in (0, len(names)))
+                check(f"kill {i}: frames exist only if the other files are new", os.path.isdir(f / "frames") == bool(new))
                 check(f"kill {i}: leaves {f.made()}", set(f.made()) == {*names, "twin.json"} | ({"frames"} if new else set()))
             else:
                 for name in kept:
                     shutil.rmtree(f / name)
                 check(f"kill {i}: the next run succeeds", f.run("me.png", *ALL).returncode == DONE)
-                check(f"kill {i}: after the next run {f.made()}", set(f.made()) == {*names, "twin.json", "frames"})
-                check(f"kill {i}: frames after the next run", sorted(os.listdir(f / "frames")) == [f"frame_0000{k}.png" for k in range(1, 6)])
+                check(f"kill {i}: after the next run, exactly the outputs exist, found {f.made()}", set(f.made()) == {*names, "twin.json", "frames"})
+                check(f"kill {i}: after the next run, all frames exist", sorted(os.listdir(f / "frames")) == [f"frame_0000{k}.png" for k in range(1, 6)])
             check(f"kill {i}: hard links are kept", os.path.samefile(f / "a.json", f / "twin.json"))
             shutil.rmtree(f / "frames", ignore_errors=True)
         early = sum(code != 0 for code in after_signal)
         print(f"{KILLS} kills at random times of {duration:.2f} s: {early} before the end")
-        check("some kills come before the end", early > 0)
+        check("some kills happen before the run ends", early > 0)
 
 
 def kill_with_video():
@@ -455,11 +455,11 @@ def kill_with_video():
             process.terminate()
             said = process.communicate()[1]
             time.sleep(0.1)
-            check(f"a video that is interrupted: leaves {f.made()}, says {said}", process.returncode == -signal.SIGTERM and not f.made() and said == b"")
+            check(f"an interrupted video leaves no file and prints no message, found {f.made()} and {said}", process.returncode == -signal.SIGTERM and not f.made() and said == b"")
 
 
 def waits_for_a_reader():
-    """A pipe without a reader blocks the program. A signal ends it nevertheless, and the other outputs keep their old content."""
+    """An output pipe without a reader blocks the program. A signal must still end the program, and other outputs keep their old content."""
     with folder_of_files() as f:
         os.mkfifo(f / "a.glb")
         f.write("a.json")
@@ -485,9 +485,9 @@ def many_at_once():
     with folder_of_files() as f:
         processes = [subprocess.Popen(f.command("me.png", "-o", "a.glb", "--quality", str(10 + 10 * i), "--html", "a.html", "--viewer", "viewer.html", "--quiet"), cwd=f.path, stderr=subprocess.PIPE) for i in range(8)]
         said = [process.communicate()[1] for process in processes]
-        check(f"eight at once: {[p.returncode for p in processes]} {said}", all(p.returncode == DONE for p in processes))
-        check(f"eight at once leave {f.made()}", f.made() == ["a.glb", "a.html"] and is_whole_glb(f.read("a.glb")))
-        check("eight at once: page and GLB are from the same run", base64.b64encode(f.read("a.glb")) in f.read("a.html"))
+        check(f"eight simultaneous runs succeed: {[p.returncode for p in processes]} {said}", all(p.returncode == DONE for p in processes))
+        check(f"eight simultaneous runs leave one GLB and one page, found {f.made()}", f.made() == ["a.glb", "a.html"] and is_whole_glb(f.read("a.glb")))
+        check("after eight simultaneous runs, page and GLB are from the same run", base64.b64encode(f.read("a.glb")) in f.read("a.html"))
     with folder_of_files() as f:
         ignoring = subprocess.run(["sh", "-c", 'trap "" TERM; "$@" & sleep 0.03; kill -TERM $!; wait $!', "sh", *f.command("me.png", "-o", "a.glb")], cwd=f.path, capture_output=True)
         check(f"a signal that is ignored when the program starts stays ignored: {ignoring.returncode}", ignoring.returncode == DONE and f.made() == ["a.glb"])

@@ -50,8 +50,8 @@ def check_written_files(folder):
     check("the camera of a GLB file is the same with each frame", cropped["cameras"] == content(plain)["cameras"])
     paper = content(write("paper.glb", "--preset", "paper"))["scenes"][0]["extras"]
     check("with the paper's preset, surfaces end at the border", "past_frame" not in paper and paper["motion"] <= extras["motion"])
-    run("an unknown preset", [photo, *depth, "--preset", "papers"], ["--preset", "paper"])
-    run("an unknown frame", [photo, *depth, "--frame", "round"], ["--frame", "round"])
+    run("an unknown preset is refused", [photo, *depth, "--preset", "papers"], ["--preset", "paper"])
+    run("an unknown frame is refused", [photo, *depth, "--frame", "round"], ["--frame", "round"])
     compressed = write("compressed.glb", "--compress")
     if b"built without" in compressed:
         print("skipped compressed files: the program was built without meshoptimizer or libwebp")
@@ -62,7 +62,7 @@ def check_written_files(folder):
         check("a compressed GLB file with a JPEG texture does not use WebP", "EXT_texture_webp" not in content(write("jpeg.glb", "--compress", "--compressed-texture", "jpeg"))["extensionsUsed"])
         both = content(write("both.glb", "--compress", "--compressed-texture", "both"))
         check("a compressed GLB file with both textures has a JPEG and a WebP file", [image["mimeType"] for image in both["images"]] == ["image/jpeg", "image/webp"])
-    run("--compressed-texture without --compress", [photo, *depth, "--compressed-texture", "jpeg"], ["--compress"])
+    run("--compressed-texture without --compress is refused", [photo, *depth, "--compressed-texture", "jpeg"], ["--compress"])
 
     rows = pixels(write("pair.png"))
 
@@ -73,7 +73,7 @@ def check_written_files(folder):
 
     check("a stereo picture is two pictures wide", len(rows) == 200 and len(rows[0]) == 3 * 600)
     far, near = (middle(color, 300, 600) - middle(color, 0, 300) for color in (0, 1))
-    check(f"the nearest surface has no parallax between both pictures, the farthest lies behind it: {near}, {far}", abs(near) < 1 and 3 < far < 12)
+    check(f"the nearest surface has no parallax between both pictures, and the farthest lies behind it: {near}, {far}", abs(near) < 1 and 3 < far < 12)
     place = middle(1, 0, 300)
     check(f"the window is as large as the photo: {place}", abs(place - 221.5) < 1)
     rows = pixels(write("cropped_pair.png", "--frame", "crop"))
@@ -85,7 +85,7 @@ def check_written_files(folder):
     entries = struct.unpack("<8I", mpo[index + 50 : index + 82])
     second = mpo[index + entries[6] :][: entries[5]]
     check("an MPO file has two complete JPEGs at the offsets of its index", entries[1] + entries[5] == len(mpo) and second[:2] == b"\xff\xd8" and second[-2:] == b"\xff\xd9" and mpo[: entries[1]][-2:] == b"\xff\xd9")
-    run("a stereo picture of another kind", [photo, *depth, "--stereo-image", os.path.join(folder, "pair.gif")], [".gif", ".mpo"])
+    run("a stereo picture in an unsupported format is refused", [photo, *depth, "--stereo-image", os.path.join(folder, "pair.gif")], [".gif", ".mpo"])
 
     usdz = zipfile.ZipFile(os.path.join(folder, "photo.usdz")) if is_written(write("photo.usdz")) else None
     names = usdz.namelist() if usdz else []
@@ -98,8 +98,8 @@ def check_written_files(folder):
     indices = [int(i) for i in (re.search(r"faceVertexIndices = \[([^]]*)", scene) or [0, "-1"])[1].split(",")]
     points = len(re.findall(r"\(", (re.search(r"points = \[([^]]*)", scene) or [0, ""])[1]))
     check("the scene of a USDZ file uses every point and names its source", scene.startswith("#usda 1.0\n") and max(indices) == points - 1 and 'string source = "li\\"nes.png"' in scene)
-    run("a USDZ file without an extension", [photo, *depth, "--usdz", os.path.join(folder, "photo")], ["a name that ends in .usdz, found no ending (photo3d writes a USDZ file)"])
-    run("a USDZ file of another name", [photo, *depth, "--usdz", os.path.join(folder, "photo.zip")], [".zip", ".usdz"])
+    run("a USDZ path without an extension is refused", [photo, *depth, "--usdz", os.path.join(folder, "photo")], ["a name that ends in .usdz, found no ending (photo3d writes a USDZ file)"])
+    run("a USDZ path with another extension is refused", [photo, *depth, "--usdz", os.path.join(folder, "photo.zip")], [".zip", ".usdz"])
 
 
 def jpeg_size(data):
@@ -121,7 +121,7 @@ def check_full_size(folder):
     files = ["-o", path("wide.glb"), "--usdz", path("wide.usdz"), "--stereo-image", path("wide.png"), "--report", path("wide.json"), "--depth-map", path("depth.png")]
     video = ["--video", path("frames"), "--video-size", "2200", "--seconds", "0.1", "--fps", "10", "--path", "dolly-zoom"]
     result = subprocess.run([PROGRAM, photo, *depth, *large, *files, *video], capture_output=True, text=True, env=WITHOUT_MODELS)
-    check(f"all files of a photo at its full size: {result.stderr}", result.returncode == 0 and len(os.listdir(out)) == 6)
+    check(f"a photo at its full size is written in every format: {result.stderr}", result.returncode == 0 and len(os.listdir(out)) == 6)
     if result.returncode != 0:
         return
     glb = open(path("wide.glb"), "rb").read()
@@ -136,7 +136,7 @@ def check_full_size(folder):
     pair = pixels(open(path("wide.png"), "rb").read())
     check(f"its stereo picture has the photo's size per eye: {len(pair[0]) / 3} x {len(pair)}", len(pair) == 800 and len(pair[0]) == 3 * 8800)
     is_line = lambda row, x, color: row[3 * x + color] > 150 and row[3 * x + 1 - color] < 90
-    check("its stereo picture shows the lines", all(any(is_line(pair[400], x, color) for x in range(4400)) for color in (0, 1)))
+    check("its stereo picture shows the thin lines of the photo", all(any(is_line(pair[400], x, color) for x in range(4400)) for color in (0, 1)))
     frame = open(os.path.join(path("frames"), "frame_00001.png"), "rb").read()
     check("frames of a video have the requested size", struct.unpack(">II", frame[16:24]) == (2200, 400))
     with zipfile.ZipFile(path("wide.usdz")) as usdz:
@@ -151,7 +151,7 @@ def check_full_size(folder):
         check("its compressed GLB file has as many textures, in WebP", is_whole_glb(compressed) and [i["mimeType"] for i in packed["images"]] == ["image/webp"] * len(sizes))
     else:
         print("skipped a compressed file of several textures: the program was built without meshoptimizer or libwebp")
-    run("a size that is neither a number nor full", [photo, *depth, "--size", "whole"], ["--size", "full or a whole number"])
+    run("a size that is neither a number nor full is refused", [photo, *depth, "--size", "whole"], ["--size", "full or a whole number"])
 
     program = open(PROGRAM, "rb").read()
     if b"AddressSanitizer" in program or b"ThreadSanitizer" in program:
@@ -207,11 +207,11 @@ def check_notes(folder, small, small_depth):
         said = subprocess.run([PROGRAM, photo, "--depth", depth, "-o", os.path.join(folder, "noted.glb"), "--report", report], capture_output=True, text=True).stderr
         lines = [line for line in said.splitlines() if line.startswith("photo3d: ")]
         facts = json.load(open(report))
-        check(f"{name}: {lines}", lines == [f"photo3d: {photo}: {note}" for note in facts["notes"]] and any(expected[name] in line for line in lines))
+        check(f"{name}: the program prints all notes of the report, found {lines}", lines == [f"photo3d: {photo}: {note}" for note in facts["notes"]] and any(expected[name] in line for line in lines))
         shutil.copy(depth, os.path.join(folder, "noted_depth.png"))
         line = json.loads(subprocess.run([PROGRAM, "--batch", photo, "-o", folder], capture_output=True, text=True).stdout)
         count = len(line.get("notes", []))
-        check(f"{name} in a batch: {line}", count == len(facts["notes"]) > 0 and expected[name] in "".join(line["notes"]))
+        check(f"{name}: the line of a batch has the notes of the report, found {line}", count == len(facts["notes"]) > 0 and expected[name] in "".join(line["notes"]))
         os.remove(os.path.join(folder, "noted_depth.png"))
     for arguments in [small, "--depth", small_depth], [SAMPLE]:
         said = subprocess.run([PROGRAM, *arguments, "-o", os.path.join(folder, "noted.glb"), "--report", report], capture_output=True, text=True).stderr
@@ -232,92 +232,92 @@ def main():
         small_depth = file(folder, "step.png", png(60, 80, 1, lambda y: bytes(40 if x < 30 else 200 for x in range(60))))
         depth = ["--depth", small_depth]
 
-        run("a photo and its depth map", [small, *depth])
-        run("a gray photo", [file(folder, "gray.png", png(60, 80, 1)), *depth])
-        run("a photo of one pixel", [file(folder, "one.png", png(1, 1)), "--depth", file(folder, "one_depth.png", png(1, 1, 1))])
-        run("one row of pixels", [file(folder, "row.png", png(300, 1)), "--depth", file(folder, "row_depth.png", png(300, 1, 1))])
-        run("a depth map of another size", [SAMPLE, "--depth", file(folder, "d.npy", npy(96, 128, 1.0)), "--size", "256"])
-        run("a CMYK photo", [os.path.join(SOURCE, "tests/io/files/cmyk.jpg"), "--depth", file(folder, "c.npy", npy(24, 16, 1.0))])
-        run("a photo of 100 megapixels", [file(folder, "large.png", png(10000, 10000, 1)), "--depth", file(folder, "l.npy", npy(10, 10, 1.0)), "--size", "512"])
+        run("a photo with its depth map is converted", [small, *depth])
+        run("a gray photo is converted", [file(folder, "gray.png", png(60, 80, 1)), *depth])
+        run("a photo of one pixel is converted", [file(folder, "one.png", png(1, 1)), "--depth", file(folder, "one_depth.png", png(1, 1, 1))])
+        run("a photo of one row is converted", [file(folder, "row.png", png(300, 1)), "--depth", file(folder, "row_depth.png", png(300, 1, 1))])
+        run("a photo with a depth map of another size is converted", [SAMPLE, "--depth", file(folder, "d.npy", npy(96, 128, 1.0)), "--size", "256"])
+        run("a CMYK photo is converted", [os.path.join(SOURCE, "tests/io/files/cmyk.jpg"), "--depth", file(folder, "c.npy", npy(24, 16, 1.0))])
+        run("a photo of 100 megapixels is converted", [file(folder, "large.png", png(10000, 10000, 1)), "--depth", file(folder, "l.npy", npy(10, 10, 1.0)), "--size", "512"])
 
         for name, map_file, is_sheet in (("flat", file(folder, "flat.npy", npy(60, 80, 1.0)), True), ("stepped", small_depth, False)):
             said = subprocess.run([PROGRAM, small, "--depth", map_file, "-o", os.path.join(folder, "said.glb")], capture_output=True, text=True).stderr
-            check(f"a {name} photo is said to be a single sheet: {is_sheet}", ("single sheet" in said) == is_sheet)
+            check(f"the program reports a single sheet for a {name} photo: {is_sheet}", ("single sheet" in said) == is_sheet)
         check_notes(folder, small, small_depth)
 
-        run("a missing photo", [os.path.join(folder, "none.jpg"), *depth], ["none.jpg", "expected", "found"])
-        run("an empty photo", [file(folder, "empty.jpg", b""), *depth], ["empty.jpg", "expected", "found"])
-        run("a truncated photo", [file(folder, "cut.jpg", sample[: len(sample) // 2]), *depth], ["cut.jpg", "expected", "found"])
+        run("a missing photo is refused", [os.path.join(folder, "none.jpg"), *depth], ["none.jpg", "expected", "found"])
+        run("an empty photo is refused", [file(folder, "empty.jpg", b""), *depth], ["empty.jpg", "expected", "found"])
+        run("a truncated photo is refused", [file(folder, "cut.jpg", sample[: len(sample) // 2]), *depth], ["cut.jpg", "expected", "found"])
         large, little_memory = file(folder, "large.png", png(9000, 9000, 1)), lambda: resource.setrlimit(resource.RLIMIT_AS, (200 << 20, 200 << 20))
         said = subprocess.run([PROGRAM, large, *depth, "-o", os.path.join(folder, "out.glb")], capture_output=True, text=True, preexec_fn=little_memory)
         check(f"short memory: {said.returncode}, {said.stderr}", said.returncode == 75 and "memory" in said.stderr)
-        run("a GIF of one pixel with a depth map of other proportions", [file(folder, "a.gif", b"GIF89a\1\0\1\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\1\0\1\0\0\2\2D\1\0;"), *depth], ["step.png", "proportions", "1 x 1"])
-        run("a text file", [file(folder, "a.txt", b"hello"), *depth], ["a.txt", "expected", "found"])
-        run("a photo alone", [small])
+        run("a GIF of one pixel with a depth map of other proportions is refused", [file(folder, "a.gif", b"GIF89a\1\0\1\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\1\0\1\0\0\2\2D\1\0;"), *depth], ["step.png", "proportions", "1 x 1"])
+        run("a text file as a photo is refused", [file(folder, "a.txt", b"hello"), *depth], ["a.txt", "expected", "found"])
+        run("a photo without a depth map is converted", [small])
         with_companion, models = shutil.copy(small, os.path.join(folder, "pair.png")), {"LDI_MODELS": os.path.join(SOURCE, "examples/models")}
         companion = shutil.copy(small_depth, os.path.join(folder, "pair_depth.png"))
-        check_report("a depth map beside the photo", [with_companion], {"depth": companion})
+        check_report("the program uses a depth map beside the photo", [with_companion], {"depth": companion})
         network = os.path.join(models["LDI_MODELS"], MODELS["depth"])
         check_report("--depth none selects the network despite a depth map beside the photo", [with_companion, "--depth", "none"], {"depth": network}, models)
         check_report("--depth-model has priority over a depth map beside the photo", [with_companion, "--depth-model", network], {"depth": network})
         os.mkdir(os.path.join(folder, "bin"))  # the program searches the folder's own share/ldi, which this test does not create
         alone = shutil.copy(PROGRAM, os.path.join(folder, "bin"))
-        run("no source of depth", [small], ["--depth FILE", "tiefenrausch_small.safetensors"], program=alone)
+        run("a photo without any source of depth is refused", [small], ["--depth FILE", "tiefenrausch_small.safetensors"], program=alone)
         file(folder, "odd_depth.png", png(30, 30, 1))
         said = subprocess.run([PROGRAM, shutil.copy(small, os.path.join(folder, "odd.png")), "-o", os.path.join(folder, "odd.glb")], capture_output=True, text=True, env=models)
         check(f"a depth map beside the photo with other proportions is not used: {said.stderr}", said.returncode == 0 and "odd_depth.png" in said.stderr and "proportions" in said.stderr)
         said = subprocess.run([PROGRAM, "--batch", os.path.join(folder, "odd.png"), "-o", folder, "--report", folder, "--quiet"], capture_output=True, text=True, env=models)
         notes = json.loads(said.stdout).get("notes", [])
-        check(f"a batch states in its line and in the report that the map is not used, and prints nothing else with --quiet: {said}", said.stderr == "" and any(note.startswith("the depth map was not used: ") and "odd_depth.png" in note for note in notes) and json.load(open(os.path.join(folder, "odd.json")))["notes"] == notes)
+        check(f"a batch states in its line and in the report that the map is not used, and --quiet suppresses other messages: {said}", said.stderr == "" and any(note.startswith("the depth map was not used: ") and "odd_depth.png" in note for note in notes) and json.load(open(os.path.join(folder, "odd.json")))["notes"] == notes)
         shutil.copy(small, os.path.join(folder, "torn.png")), file(folder, "torn_depth.png", b"no map")
         said = subprocess.run([PROGRAM, "--batch", os.path.join(folder, "torn.png"), "-o", folder], capture_output=True, text=True, env=models)
-        check(f"a file beside the photo that is not a map is not used in a batch, either: {said}", said.returncode == 0 and "torn_depth.png" in "".join(json.loads(said.stdout).get("notes", [])))
-        run("no source of depth but a map that can't be used", [os.path.join(folder, "odd.png")], ["odd.png: expected --depth FILE, --depth-model PATH", "none of these", "odd_depth.png", "proportions"], program=alone)
-        run("a depth map of another shape", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
-        run("a depth map without valid values", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
-        run("distances that no scene has", [small, "--depth", file(folder, "far.npy", npy(60, 80, 1e10)), "--depth-kind", "meters"], ["far.npy: expected", "meters"])
-        run("a truncated depth map", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
-        run("a folder that can't be written", [small, *depth, "--report", os.path.join(small, "no/folder.json")], ["small.png", "expected"])
-        run("a size of 0", [small, *depth, "--size", "0"], ["--size"])
-        run("no texture and no grain", [small, *depth, "--texture", "0", "--grain", "0"])
-        run("a negative strength of texture", [small, *depth, "--texture", "-1"], ["--texture"])
-        run("a negative strength of grain", [small, *depth, "--grain", "-1"], ["--grain"])
-        run("an unknown inpainting method", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion", "network"])
+        check(f"a batch also ignores a file beside the photo that is not a depth map: {said}", said.returncode == 0 and "torn_depth.png" in "".join(json.loads(said.stdout).get("notes", [])))
+        run("a photo whose only source of depth is an unusable map is refused", [os.path.join(folder, "odd.png")], ["odd.png: expected --depth FILE, --depth-model PATH", "none of these", "odd_depth.png", "proportions"], program=alone)
+        run("a depth map of other proportions is refused", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
+        run("a depth map without valid values is refused", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
+        run("a depth map with impossibly large distances is refused", [small, "--depth", file(folder, "far.npy", npy(60, 80, 1e10)), "--depth-kind", "meters"], ["far.npy: expected", "meters"])
+        run("a truncated depth map is refused", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
+        run("a report path below a file is refused", [small, *depth, "--report", os.path.join(small, "no/folder.json")], ["small.png", "expected"])
+        run("a size of 0 is refused", [small, *depth, "--size", "0"], ["--size"])
+        run("a photo is converted without texture and grain", [small, *depth, "--texture", "0", "--grain", "0"])
+        run("a negative strength of texture is refused", [small, *depth, "--texture", "-1"], ["--texture"])
+        run("a negative strength of grain is refused", [small, *depth, "--grain", "-1"], ["--grain"])
+        run("an unknown inpainting method is refused", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion", "network"])
         weights = os.path.join(SOURCE, "tests/networks/files/farbrausch_weights.safetensors")
-        run("inpainting by a network", [small, *depth, "--inpainting-model", weights])
-        run("inpainting by a PartialConv network", [small, *depth, "--inpainting-model", os.path.join(SOURCE, "tests/networks/files/partial_convolution_weights.safetensors")])
-        run("8-bit arithmetic without ranges in the weights", [small, *depth, "--inpainting-model", weights, "--arithmetic", "int8"], ["int8", "export.py"])
-        run("an unknown arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "float16"], ["--arithmetic", "int8"])
-        run("an inpainting network that --inpaint diffusion would ignore", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"], ["--inpainting-model", "--inpaint diffusion"])
-        run("a truncated inpainting network", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
-        run("a photo as an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
+        run("a photo is converted with an inpainting network", [small, *depth, "--inpainting-model", weights])
+        run("a photo is converted with a PartialConv network", [small, *depth, "--inpainting-model", os.path.join(SOURCE, "tests/networks/files/partial_convolution_weights.safetensors")])
+        run("8-bit arithmetic is refused if the weights have no ranges", [small, *depth, "--inpainting-model", weights, "--arithmetic", "int8"], ["int8", "export.py"])
+        run("an unknown arithmetic is refused", [small, *depth, "--inpainting-model", weights, "--arithmetic", "float16"], ["--arithmetic", "int8"])
+        run("an inpainting network together with --inpaint diffusion is refused", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"], ["--inpainting-model", "--inpaint diffusion"])
+        run("a truncated inpainting network is refused", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+        run("a photo as an inpainting network is refused", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
         decider = os.path.join(SOURCE, "examples/models/silhouettes.safetensors")
-        check_report("silhouettes by a network", [small, *depth, "--silhouette-model", decider], {"silhouettes": decider})
-        check_report("silhouettes without a network", [small, *depth], {"silhouettes": "alignment"})
-        run("an inpainting network for silhouettes", [small, *depth, "--silhouette-model", weights], ["farbrausch_weights.safetensors", "a silhouette network", "found farbrausch"])
-        run("a truncated silhouette network", [small, *depth, "--silhouette-model", file(folder, "cut.safetensors", open(decider, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+        check_report("a silhouette network determines the silhouettes", [small, *depth, "--silhouette-model", decider], {"silhouettes": decider})
+        check_report("without a network, alignment determines the silhouettes", [small, *depth], {"silhouettes": "alignment"})
+        run("an inpainting network as a silhouette network is refused", [small, *depth, "--silhouette-model", weights], ["farbrausch_weights.safetensors", "a silhouette network", "found farbrausch"])
+        run("a truncated silhouette network is refused", [small, *depth, "--silhouette-model", file(folder, "cut.safetensors", open(decider, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
 
         student = os.path.join(SOURCE, "tests/io/files/tiefenrausch_weights.safetensors")
-        run("a depth network in a file", [small, "--depth-model", student])
-        run("an inpainting network for depth", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "a depth network", "found farbrausch"])
-        run("a depth network for inpainting", [small, *depth, "--inpainting-model", student], ["tiefenrausch_weights.safetensors", "an inpainting network", "found tiefenrausch_small"])
-        run("a truncated depth network", [small, "--depth-model", file(folder, "cut.safetensors", open(student, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+        run("a photo is converted with a depth network in one file", [small, "--depth-model", student])
+        run("an inpainting network as a depth network is refused", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "a depth network", "found farbrausch"])
+        run("a depth network as an inpainting network is refused", [small, *depth, "--inpainting-model", student], ["tiefenrausch_weights.safetensors", "an inpainting network", "found tiefenrausch_small"])
+        run("a truncated depth network is refused", [small, "--depth-model", file(folder, "cut.safetensors", open(student, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
 
         # Tests the search for weights without an option, after moving the program with and without its data.
         models, alone, other = os.path.join(SOURCE, "examples/models"), os.path.join(folder, "alone"), os.path.join(folder, "other")
         os.mkdir(alone), os.mkdir(other)
         moved, both = shutil.copy(PROGRAM, alone), {"LDI_MODELS": models}
         shutil.copy(weights, os.path.join(other, "farbrausch.safetensors"))
-        run("a program without its data", [small], ["--depth-model", "tiefenrausch_small.safetensors", "share/ldi/models"], program=moved)
-        check_report("a program without its data: depth given", [small, *depth], {"depth": small_depth, "silhouettes": "alignment", "inpainting": "diffusion"}, program=moved)
-        run("a network that is not found", [small, *depth, "--inpaint", "network"], ["--inpainting-model", "farbrausch.safetensors", "share/ldi/models"], program=moved)
-        check_report("weights found through LDI_MODELS", [small], {name: os.path.join(models, file) for name, file in MODELS.items()}, both, moved)
-        run("LDI_MODELS names a missing folder", [small], ["LDI_MODELS", "no/such"], {"LDI_MODELS": "no/such"})
+        run("a photo without a depth map is refused if the program finds no weights", [small], ["--depth-model", "tiefenrausch_small.safetensors", "share/ldi/models"], program=moved)
+        check_report("without its weights, the program converts a photo with a depth map", [small, *depth], {"depth": small_depth, "silhouettes": "alignment", "inpainting": "diffusion"}, program=moved)
+        run("--inpaint network is refused if the program finds no weights", [small, *depth, "--inpaint", "network"], ["--inpainting-model", "farbrausch.safetensors", "share/ldi/models"], program=moved)
+        check_report("the program finds weights through LDI_MODELS", [small], {name: os.path.join(models, file) for name, file in MODELS.items()}, both, moved)
+        run("a missing folder in LDI_MODELS is refused", [small], ["LDI_MODELS", "no/such"], {"LDI_MODELS": "no/such"})
         share = os.path.join(folder, "share/ldi/models")
         shutil.copytree(models, share)
-        check_report("weights found beside the program", [small], {name: os.path.join(share, file) for name, file in MODELS.items()}, program=moved)
-        check_report("one of two weight files found through LDI_MODELS", [small], {"depth": os.path.join(share, MODELS["depth"]), "inpainting": os.path.join(other, MODELS["inpainting"])}, {"LDI_MODELS": other}, moved)
+        check_report("the program finds weights in its own share folder", [small], {name: os.path.join(share, file) for name, file in MODELS.items()}, program=moved)
+        check_report("weights that are missing in LDI_MODELS are found in the share folder", [small], {"depth": os.path.join(share, MODELS["depth"]), "inpainting": os.path.join(other, MODELS["inpainting"])}, {"LDI_MODELS": other}, moved)
         check_report("an option has priority over LDI_MODELS", [small, "--depth-model", student, "--inpaint", "diffusion"], {"depth": student, "inpainting": "diffusion"}, both)
         help_text = subprocess.run([moved, "--help"], capture_output=True, text=True).stdout
         check("the help names the places that are searched for weights", "LDI_MODELS" in help_text and share in help_text)
@@ -325,13 +325,13 @@ def main():
         # A page for a browser; tests/viewer opens it in real browsers.
         viewer = file(folder, "viewer.html", b"1<title>3D photo</title>2<!-- the photo goes here -->3")
         page, odd_name = os.path.join(folder, "page.html"), file(folder, "a<b&c.png", png(60, 80))
-        run("a page", [odd_name, *depth, "--html", page, "--viewer", viewer])
+        run("a page is written", [odd_name, *depth, "--html", page, "--viewer", viewer])
         text = open(page, encoding="utf-8").read() if os.path.exists(page) else ""
         parts = re.fullmatch(r'1<title>(.*)</title>2<photo-3d .*width="60" height="80">\s*<img .*base64,([^"]*)">\s*</photo-3d>\s*<script .*>([^<]*)</script>3\s*', text)
-        check("the parts of a page", parts and parts[1] == "a&lt;b&amp;c" and base64.b64decode(parts[2])[:2] == b"\xff\xd8" and is_whole_glb(base64.b64decode(parts[3])))
-        run("no viewer", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
-        run("a file that is not a viewer", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
-        run("a page that can't be written", [small, *depth, "--html", os.path.join(small, "no/page.html"), "--viewer", viewer], ["small.png", "expected"])
+        check("a page has the title, a JPEG poster and a complete GLB file", parts and parts[1] == "a&lt;b&amp;c" and base64.b64decode(parts[2])[:2] == b"\xff\xd8" and is_whole_glb(base64.b64decode(parts[3])))
+        run("a page is refused if the viewer is missing", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
+        run("a file that is not a viewer is refused", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
+        run("a page path below a file is refused", [small, *depth, "--html", os.path.join(small, "no/page.html"), "--viewer", viewer], ["small.png", "expected"])
 
         check_written_files(folder)
         check_full_size(folder)
@@ -341,25 +341,25 @@ def main():
         # A checkerboard with squares five pixels wide, so that all frames differ.
         checks = file(folder, "checks.png", png(60, 80, 3, lambda y: bytes(60 + 120 * ((x // 5 + y // 5) % 2) for x in range(60) for _ in range(3))))
         video = [checks, *depth, "--fps", "4", "--seconds", "1", "--video"]
-        run("frames of a circle, for two eyes", [*video, frames, "--path", "circle", "--stereo", "side-by-side", "--depth-map", depth_map])
-        run("the written depth map, read again", [small, "--depth", depth_map, "--depth-zero-is-unknown"])
-        run("a video without ffmpeg", [*video, os.path.join(folder, "a.mp4")], ["a.mp4", "ffmpeg", "PNG"], {"PATH": folder})
-        run("an unknown path", [*video, frames, "--path", "spiral"], ["spiral", "expected", "found"])
+        run("a stereo video on a circular path is written as frames", [*video, frames, "--path", "circle", "--stereo", "side-by-side", "--depth-map", depth_map])
+        run("a written depth map is read again", [small, "--depth", depth_map, "--depth-zero-is-unknown"])
+        run("a video is refused if ffmpeg is missing", [*video, os.path.join(folder, "a.mp4")], ["a.mp4", "ffmpeg", "PNG"], {"PATH": folder})
+        run("an unknown path is refused", [*video, frames, "--path", "spiral"], ["spiral", "expected", "found"])
         keys = '[{"time": %d, "position": [0, 0, 0], "target": [0, 0, -2]}, {"time": 1, "position": [0.1, 0, 0], "target": [0, 0, -2], "zoom": 1.2}]'
-        run("a custom path", [*video, frames, "--path", file(folder, "keys.json", (keys % 0).encode())])
+        run("a video follows a custom path", [*video, frames, "--path", file(folder, "keys.json", (keys % 0).encode())])
         wide = json.dumps([{"time": t, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0.3} for t in (0, 1)])
         far_frames = os.path.join(folder, "far_frames")
-        run("a path that shows the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
+        run("a video can show the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
         darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
         check(f"seen from afar, surfaces continue past the photo's border: {darkest}", darkest > 40)  # the squares of the checkerboard have gray levels 60 and 180
-        run("key frames in the wrong order", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
-        run("key frames that are not JSON", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
+        run("key frames in the wrong order are refused", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
+        run("key frames that are not JSON are refused", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):
             for name in ("a.mp4", "a.webp", "a.gif", "$(touch x) '.mp4"):
-                run(f"the video {name}", [*video, os.path.join(folder, name), "--stereo", "anaglyph"])
-            run("a video that can't be written", [*video, os.path.join(small, "no/a.mp4")], ["small.png", "expected"])
+                run(f"the video {name} is written", [*video, os.path.join(folder, name), "--stereo", "anaglyph"])
+            run("a video path below a file is refused", [*video, os.path.join(small, "no/a.mp4")], ["small.png", "expected"])
             for name, mark in (("a.mp4", b"moov"), ("a.webp", b"ANMF"), ("a.gif", b"NETSCAPE2.0"), ("$(touch x) '.mp4", b"moov")):
-                check(f"{name} is a moving picture", mark in open(os.path.join(folder, name), "rb").read())
+                check(f"{name} is a video or animation", mark in open(os.path.join(folder, name), "rb").read())
             check("no unfinished video is left", not [name for name in os.listdir(folder) if name.endswith(".part")])
         else:
             print("skipped videos: there is no ffmpeg")
@@ -372,17 +372,17 @@ def main():
                 broken = os.path.join(folder, name)
                 os.mkdir(broken)
                 file(broken, "tiefenrausch.pb", first), file(broken, "tiefenrausch_init.pb", second)
-                run(f"a depth network whose files are {name}", [small, "--depth-model", broken], ["expected", "found"])
+                run(f"a depth network whose files are {name} is refused", [small, "--depth-model", broken], ["expected", "found"])
         else:
             print("skipped the damaged depth network: ../shared/tiefenrausch is absent")
 
         report = os.path.join(folder, "report.json")
-        run("a report", [small, *depth, "--report", report, "--fov", "60", "--threads", "2", "--stages", os.path.join(folder, "stages")])
+        run("a report is written", [small, *depth, "--report", report, "--fov", "60", "--threads", "2", "--stages", os.path.join(folder, "stages")])
         figures = json.load(open(report))
         missing = {"depth filter", "connected components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"} - set(
             figures["milliseconds"]) | {"pixels", "layers", "charts", "triangles", "glb_bytes", "peak_memory_bytes"} - set(figures)
         pictures = sorted(os.listdir(os.path.join(folder, "stages")))
-        check(f"report and pictures: missing {missing}, pictures {pictures}", not missing and len(pictures) >= 12)
+        check(f"the report is complete and the pictures of the stages exist: missing {missing}, pictures {pictures}", not missing and len(pictures) >= 12)
     finish()
 
 

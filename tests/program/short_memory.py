@@ -70,8 +70,8 @@ def one_by_one(folder, least):
             result = run(folder, megabytes, *arguments, "--quiet", "--threads", "2")
             codes[result.returncode] = codes.get(result.returncode, 0) + 1
             left = os.listdir(os.path.join(folder, "out"))
-            check(f"{name} with {megabytes} MB: exit code {result.returncode}", result.returncode in (DONE, TRY_AGAIN), result.stderr)
-            check(f"{name} with {megabytes} MB: leaves {left}", ("a.glb" in left) if result.returncode == DONE else not left)
+            check(f"{name} with {megabytes} MB: the run succeeds or ends with exit code {TRY_AGAIN}, found {result.returncode}", result.returncode in (DONE, TRY_AGAIN), result.stderr)
+            check(f"{name} with {megabytes} MB: a failed run leaves no file, found {left}", ("a.glb" in left) if result.returncode == DONE else not left)
             if result.returncode == DONE:
                 break
     print("exit codes:", codes)
@@ -79,7 +79,7 @@ def one_by_one(folder, least):
 
 
 def a_batch(folder, least):
-    """Converts a large photo among small ones: the small ones must be converted, and the large one must be marked to be tried again."""
+    """Converts a large photo among small ones. The small photos must be converted, and the large one must be marked for another try."""
     with open(os.path.join(folder, "large.png"), "wb") as out:
         out.write(png(5000, 4000, 3))
     for name in ("a", "b", "c"):

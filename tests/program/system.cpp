@@ -11,7 +11,7 @@
 
 using ldi::examples::smallest_limit;
 
-TEST_CASE("the smallest memory limit counts, and files without a number are ignored") {
+TEST_CASE("the smallest memory limit applies, and limit files without a number are ignored") {
     const ldi::testing::scratch_folder folder;
     const auto file = [&](const char* name, std::string_view text) {
         ldi::write_file(folder / name, ldi::testing::bytes_of(text));
@@ -27,7 +27,7 @@ TEST_CASE("the smallest memory limit counts, and files without a number are igno
     CHECK(smallest_limit(3'000'000, {none, small, large}) == 2'000'000);
 }
 
-TEST_CASE("the memory limits of a process are those of its control group and of all groups around it") {
+TEST_CASE("the memory limits of a process are those of its control group and of all parent groups") {
     using paths = std::vector<std::filesystem::path>;
     const auto files = [](const char* groups) {
         std::istringstream text(groups);

@@ -204,7 +204,7 @@ def large():
 
 @pytest.mark.parametrize("call", CALLS)
 def test_other_threads_run_meanwhile(call, large):
-    """Python does not switch threads by itself here, so another thread runs only while the library has released the interpreter's lock."""
+    """In this test, Python does not switch threads by itself. Another thread therefore runs only while the library releases the interpreter's lock."""
     is_done, runs = threading.Event(), []
 
     def run():

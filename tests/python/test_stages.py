@@ -160,6 +160,6 @@ def test_depth_by_the_network():
 
 
 def test_zero_disparity_is_far_away():
-    """In maps of 1 / distance, 0 is a sky, not an unknown value."""
+    """In maps of 1 / distance, 0 means infinitely far, such as the sky, and not an unknown value."""
     depth = ldi.clean_depth(PHOTO, np.where(DEPTH > 0.5, 1.0, 0.0), depth_is_inverse=True)
     assert depth.disparity.min() == 0 and depth.disparity.max() == 1 and depth.z_far > 10 * depth.z_near

@@ -1,4 +1,4 @@
-// Tests the measures of faults beside silhouettes, on scenes so simple that the right figures are known.
+// Tests the measures of faults beside silhouettes on simple scenes with known results.
 #include <bench/quality/beside_silhouettes.hpp>
 
 #include "tests/support/lifted_scene.hpp"
@@ -11,8 +11,8 @@
 
 namespace {
 
-/// Counts the islands of a scene: a front at 0.9 on the left, a wall at 0.1 on the right, and a strip of disparity `strip`
-/// between them or, with `on_wall`, inside the wall.
+/// Counts the islands of a scene: a front at disparity 0.9 on the left, a wall at 0.1 on the right, and a strip of disparity
+/// `strip`. The strip is `width` pixels wide, and lies between front and wall or, with `on_wall`, inside the wall.
 std::size_t islands_of(std::size_t width, float strip, bool on_wall) {
     ldi::image<float> map(240, 1152);
     const std::size_t first = on_wall ? 700 : 400;

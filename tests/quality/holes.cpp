@@ -1,5 +1,5 @@
-// Tests a guarantee of expand() and the mesh: from all positions that the camera may reach, it sees no holes. Uses scenes whose
-// curves end and meet, and random maps; holes_in_photographs.cpp uses photographs.
+// Tests a guarantee of expand() and the mesh: the camera sees no holes from any position that it may reach. Uses scenes whose
+// curves end and meet, and random maps. The test holes_in_photographs.cpp uses photographs.
 #include <bench/quality/holes.hpp>
 
 #include "tests/support/lifted_scene.hpp"
@@ -68,11 +68,11 @@ std::vector<std::pair<std::string, ldi::image<float>>> scenes() {
         return angle < -1.0F ? 0.1F : angle < 1.1F ? 0.5F : 0.9F;
     });
     add("a step that fades out", [](float x, float y) { return 0.2F + (x > 120 ? 0.6F * std::max(0.0F, 1 - y / 110) : 0.0F); });
-    add("a step that ends at once", [](float x, float y) {
+    add("a step that ends abruptly", [](float x, float y) {
         const float step = std::clamp((x - 120) / 20 + 0.5F, 0.0F, 1.0F);
         return 0.2F + 0.5F * (y < 90 ? (x > 120 ? 1.0F : 0.0F) : step);
     });
-    add("a slope that rises to meet what is behind it", [](float x, float y) {
+    add("a slope whose lower end meets the background", [](float x, float y) {
         return std::hypot(x - 120, y - 60) < 40 ? 0.3F + 0.5F * std::clamp((100 - y) / 60, 0.0F, 1.0F) : 0.25F;
     });
     add("islands", [](float x, float y) {

@@ -1,5 +1,5 @@
-// Tests LPIPS of bench/quality: with the real weights, it equals ../shared/lpips/lpips.py; with any weights, it has the
-// properties of a distance.
+// Tests LPIPS of bench/quality. With the published weights, results equal those of ../shared/lpips/lpips.py. With random weights,
+// LPIPS has the properties of a distance.
 #include <bench/quality/lpips.hpp>
 
 #include <catch2/catch.hpp>
@@ -30,7 +30,7 @@ picture pattern(std::size_t height, std::size_t width, std::size_t seed) {
     return result;
 }
 
-/// The network with random weights of approximately the right size.
+/// The network with random weights of realistic magnitude.
 lpips_network random_network() {
     std::mt19937 random(9);
     ldi::named_tensors tensors;

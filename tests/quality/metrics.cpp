@@ -1,4 +1,4 @@
-// Tests the measures of bench/quality; a wrong measure would mislead every decision.
+// Tests the measures of bench/quality.
 #include <bench/quality/depth_metrics.hpp>
 #include <bench/quality/metrics.hpp>
 
@@ -68,7 +68,7 @@ TEST_CASE("aligned() fits scale and shift to the known pixels only, and only the
     CHECK(flat(3, 3, 0) == Approx(mean));
 }
 
-TEST_CASE("edge and boundary agreement is 1 for equal maps and 0 without edges, and reversed depth is in the wrong order") {
+TEST_CASE("edge and boundary agreement is 1 for equal maps and 0 without edges, and wrong_order() is 1 for reversed depth") {
     const pixel_set known(60, 60, 1, std::uint8_t{1});
     map step(60, 60), ramp(60, 60);
     for (std::size_t y = 0; y < 60; ++y)

@@ -54,11 +54,11 @@ TEST_CASE("drawn from its own viewpoint, a layered image shows its first layer u
     }
 }
 
-TEST_CASE("linked pixels leave no hole, and unlinked ones separate by their difference in parallax") {
+TEST_CASE("linked pixels leave no hole, and unlinked pixels separate by their difference in parallax") {
     const photo_layers torn = step_at(20, 60, 30, 0.05F), linked = step_at(20, 60, 30, 1.0F);
     const view v = own_view(torn.topology());
-    // The near plane moves 10 pixels left, the far one 2: a gap of 8 columns opens between them, and one of 2 at the far plane's
-    // border.
+    // The near plane moves 10 pixels left, the far one 2: this opens a gap of 8 columns between them, and a gap of 2 columns at
+    // the far plane's border.
     const view moved = moved_view(v.camera, scene_range, 1, -10);
     CHECK(holes_in(render_layers(torn, scene_range, v, moved)) == 20 * (8 + 2));
     CHECK(holes_in(render_layers(linked, scene_range, v, moved)) == 20 * 2);

@@ -104,7 +104,7 @@ TEST_CASE("no camera within the supported motion sees the end of a surface insid
     }
 }
 
-TEST_CASE("in a window as large as the photo, flat and slanted photos show no end of their surfaces") {
+TEST_CASE("in a window as large as the photo, flat and slanted photos do not show where their surfaces end") {
     for (const float d : {0.0F, 0.5F, 1.0F})
         CHECK(max_uncovered(make_framed(ldi::image<float>(100, 140, 1, d), ldi::photo_frame::grow, 0.08F)) == 0);
     ldi::image<float> slanted(120, 90);

@@ -105,7 +105,7 @@ TEST_CASE("a plane seen from the side remains one fully linked surface") {
         CHECK(peeled.size() == 24 * width);
         CHECK(link_count(peeled.topology()) == 23 * width + 24 * (width - 1));
     }
-    // From closer, each pixel becomes several; from farther away, several become one.
+    // A closer camera sees a part of the plane, which fills its whole picture. A more distant camera sees the plane smaller.
     view other = v;
     other.position = {0.01F, 0.02F, -0.7F};
     const auto [larger, larger_range] = peel(layers, scene_range, v, other);
@@ -144,7 +144,8 @@ TEST_CASE("a near strip stays in front of the plane behind it, and the two are n
 }
 
 TEST_CASE("a slope that folds back is linked only on either side of the fold, and disappears if back faces are excluded") {
-    // The slope is so steep that, from the side, its ends change places: the view shows its back, and nothing is in front of it.
+    // In the view from the side, the ends of this steep slope change places. The view therefore shows the slope's back, with
+    // nothing in front.
     photo_layers layers = testing::lifted_layers(image<float>(6, 40, 1, 0.0F));
     for (std::size_t i = 0; i < layers.size(); ++i)
         layers.column<disparity_column>()[i] = std::clamp(static_cast<float>(layers.topology().x()[i] - 10) * 0.1F, 0.0F, 1.0F);

@@ -1,4 +1,4 @@
-// Tests the measures of silhouettes in bench/quality on scenes so simple that the right figures are known.
+// Tests the measures of silhouettes in bench/quality on simple scenes with known results.
 #include <bench/quality/degraded_depth.hpp>
 #include <bench/quality/halo.hpp>
 #include <bench/quality/silhouettes.hpp>
@@ -42,7 +42,7 @@ picture photo_of(std::size_t height, std::size_t width, const rectangle& near) {
 
 mask all_of(std::size_t height, std::size_t width) { return {height, width, 1, std::uint8_t{1}}; }
 
-/// A near rectangle in front of a background; the other view sees it `movement` pixels farther to the left.
+/// A near rectangle in front of a background. In the other view, the rectangle appears `movement` pixels farther to the left.
 subject subject_of(std::size_t height, std::size_t width, const rectangle& near, float movement) {
     subject s;
     s.photo = photo_of(height, width, near);
@@ -166,7 +166,7 @@ TEST_CASE("share_closed() is the fraction of discontinuities that lie on no curv
     CHECK(share_closed(photo, ldi::image<float>(60, 80), {}, {}) == 0);
 }
 
-TEST_CASE("the band along a silhouette is six pixels wide and is warped to the place of the silhouette in the other view") {
+TEST_CASE("the band along a silhouette is six pixels wide and is moved to the silhouette's position in the other view") {
     const subject s = subject_of(60, 80, {30, 0, 50, 60}, 8);
     const mask band = silhouette_band(s, true_silhouettes(s.photo, s.inverse_depth, s.known));
     for (std::size_t x = 0; x < 80; ++x) {

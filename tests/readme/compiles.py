@@ -15,21 +15,21 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 page = (ROOT / "README.md").read_text(encoding="utf-8")
 first, *blocks = re.findall(r"^```cpp\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
 if len(first.splitlines()) > 15:
-    sys.exit("The first program of README.md is longer than 15 lines")
+    sys.exit("README.md: expected a first program of at most 15 lines, found a longer one")
 with tempfile.TemporaryDirectory() as folder:
     (Path(folder) / "square.cpp").write_text(first, encoding="utf-8")
     subprocess.run([*sys.argv[1:], "-std=c++20", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'single_include'}", "square.cpp", "-o", "square"],
                    cwd=folder, check=True)
     subprocess.run(["./square"], cwd=folder, check=True)
     if (Path(folder) / "square.glb").read_bytes()[:4] != b"glTF":
-        sys.exit("The first program of README.md writes no GLB file")
+        sys.exit("README.md: expected a first program that writes a GLB file, found none written")
 
 lines = [line for block in blocks for line in block.splitlines() if line]
 includes = [line for line in lines if line.startswith("#include")]
 tags = [line for line in lines if line.startswith("struct")]
 statements = [line for line in lines if not line.startswith(("#include", "struct"))]
 if len(includes) < 2 or len(statements) < 6:
-    sys.exit("README.md has no C++ lines any more")
+    sys.exit("README.md: expected more blocks of C++, found none")
 
 program = "\n".join([
     *includes, "#include <span>",

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Compares files, options, defaults, sizes and numbers on the pages with the project. Compares a number that several pages state between
-these pages.
+"""Compares files, options, defaults, sizes and numbers in the Markdown pages with the project. Checks that pages which state the same number
+agree.
 
     figures.py PHOTO3D      the built program; without it, options and sizes of its output are not compared
 """
@@ -58,7 +58,7 @@ for page in pages:
         check((folder / target).exists(), f"{page}: no {target}")
     for path in re.findall(rf"(?<![\w./]){FOLDERS}[\w./*-]*[\w*/]", text):
         places = (ROOT, folder, ROOT / "include" / "ldi", ROOT / "bench" if page.startswith("bench") else ROOT)
-        check(any(any(place.glob(path.rstrip("/"))) for place in places), f"{page}: no {path}")
+        check(any(any(place.glob(path.rstrip("/"))) for place in places), f"{page}: expected an existing file or folder, found no {path}")
 
 # The library defines every name that the pages use.
 headers = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "include").rglob("*.hpp"))
@@ -77,18 +77,19 @@ for target in re.findall(r"(\w+)::\w+=lib", cmake):
 weights = {path.name: path.stat().st_size for path in (ROOT / "examples/models").glob("*.safetensors")}
 both = found(r"networks of our own, ([\d.]+) MB together", readme, "size of the networks")
 if both:
-    check(near(float(both[0]), sum(weights.values()) / 1e6, 0.02), f"README.md: the networks have {sum(weights.values())} bytes, not {both[0]} MB")
+    check(near(float(both[0]), sum(weights.values()) / 1e6, 0.02), f"README.md: expected {sum(weights.values())} bytes as the size of the networks, found {both[0]} MB")
 one = found(r"our depth network, ([\d.]+) MB", readme, "size of the depth network")
 if one:
-    check(near(float(one[0]), weights["tiefenrausch_small.safetensors"] / 1e6, 0.02), f"README.md: the depth network does not have {one[0]} MB")
+    check(near(float(one[0]), weights["tiefenrausch_small.safetensors"] / 1e6, 0.02), f"README.md: expected {weights['tiefenrausch_small.safetensors']} bytes as the size of the depth network, found {one[0]} MB")
 words = ["Nine", "Ten", "Eleven", "Twelve", "Thirteen"]
 lessons = len(list((ROOT / "examples/learn").glob("[0-9]*.cpp")))
 for page in ("README.md", "examples/learn/README.md"):
     count = re.search(rf"\b({'|'.join(words)}) lessons", read(page))
     check(count and words.index(count[1]) + 9 == lessons, f"{page}: there are {lessons} lessons")
 
-# Pages that state the same measurement agree: every number of a page equals that of the first page, rounded to as many digits. A page
-# may state only the first of these numbers. A third item is the factor from the page's unit to that of the first page.
+# Pages that state the same measurement must agree. Each entry lists pages, and a pattern that finds the numbers on the page. Every number must
+# equal that of the first page, rounded to the same digits. A page may state only the first of these numbers. A third item is the factor from
+# the page's unit to that of the first page.
 QUALITY, BENCH, PAPER, STAGES, SCALING = (f"bench/{folder}README.md" for folder in ("quality/", "", "paper/", "photo3d/", "scaling/"))
 TRAINING, STUDENT, SILHOUETTES, FARBRAUSCH, SEARCH = (f"examples/training/{folder}README.md" for folder in ("", "tiefenrausch_small/", "silhouettes/", "farbrausch/", "search/"))
 N = r"\**(\d[\d,]*(?:\.\d+)?)\**"  # a number, which may be bold
@@ -169,7 +170,7 @@ def scaled(groups, factor):
 
 
 def agree(a, b):
-    """Whether two numbers are equal after rounding to the digits of the less exact one."""
+    """Whether two numbers are equal after rounding to the digits of the less precise number."""
     return abs(a - b) <= Decimal(10) ** max(a.as_tuple().exponent, b.as_tuple().exponent) / 2
 
 
@@ -184,13 +185,13 @@ for what, statements in MEASUREMENTS.items():
 def computed(what, page, pattern, values):
     """Compares the numbers of a statement with values computed from the figures of another page."""
     for said, value in zip(scaled(found(pattern, read(page), what, page) or (), "1"), values):
-        check(agree(said, Decimal(f"{value:.6f}")), f"{page}: {what}: {said}, but the tables give {value:.4f}")
+        check(agree(said, Decimal(f"{value:.6f}")), f"{page}: {what}: expected {value:.4f}, as in the tables, found {said}")
 
 
 def column(page, row, index=0, scale=1.0):
     """Returns a column of all rows of a table that match."""
     cells = re.findall(row, read(page), re.MULTILINE)
-    check(cells, f"{page}: no rows as '{row}'")
+    check(cells, f"{page}: expected table rows that match '{row}', found none")
     return [float(cell if isinstance(cell, str) else cell[index]) * scale for cell in cells] or [1.0]
 
 
@@ -210,7 +211,7 @@ def ratio(name, size, kind):
 
 
 def added(name, kind):
-    """Returns the time that an irregular pixel adds, as a multiple of the time per pixel of an image."""
+    """Returns the additional time of an irregular pixel, as a multiple of the time per pixel of an image."""
     more = irregular[f"{name} 3x3 16->16, {kind}"] - irregular[f"image 3x3 16->16, {kind}"]
     return (ratio(name, "16->16", kind) - 1) / more
 
@@ -221,7 +222,7 @@ computed("irregular pixels", SCALING, rf"adds {N} pixels in squares of 24 \([\d.
          [added(name, kind) for kind in ("float32", "int8") for name in ("squares of 24", "squares of 4")])
 
 # The paper's numbers, and the exceptions that the README names.
-check(re.search(r"50 pixels", readme), "README.md does not say that surfaces do not grow by the paper's 50 pixels")
+check(re.search(r"50 pixels", readme), "README.md: expected a statement that surfaces do not grow by the paper's 50 pixels, found none")
 
 
 def options_of(page):
@@ -236,7 +237,7 @@ if program:
     known = set(re.findall(r"--[a-z][a-z0-9-]+", help_text))
     for page in ("README.md", "examples/photo3d/README.md", "examples/viewer/README.md"):
         for option in sorted(options_of(page) - known):
-            check(False, f"{page}: photo3d has no {option}")
+            check(False, f"{page}: expected options of photo3d, found {option}")
         checked += len(options_of(page))
 
     # The help has a paragraph per option: "  --NAME VALUE  description (...; default: ...; ...)".
@@ -253,7 +254,7 @@ if program:
             for value in re.findall(rf"(?<!cmake )(?<!build )`?--{option} ([a-z0-9-]+)", text):
                 check(value in values.split("|"), f"{page}: --{option} has no {value}")
     for path in re.findall(r"`([\w-]+)`", (found(r"`--path` is ((?:`[\w-]+`, )+)", program_page, "values of --path", PROGRAM_PAGE) or [""])[0]):
-        check(path in help_text, f"{PROGRAM_PAGE}: --path has no {path}")
+        check(path in help_text, f"{PROGRAM_PAGE}: expected values of --path, found {path}")
 
     # The sample, with its depth map.
     said = found(r"GLB of the sample is (\d+) kB with ([\d,]+) triangles, (\d+) kB with `--compress`", readme, "size of a GLB")
@@ -267,7 +268,7 @@ if program:
             triangles = json.loads(report.read_text())["triangles"]
         computed = (sizes[0], triangles, sizes[1])
         for figure, value in zip(numbers(" ".join(said)), computed):
-            check(near(figure, value, 0.1), f"README.md: the sample makes {value:.0f}, not {figure:.0f} (GLB in kB, triangles, kB compressed: {computed})")
+            check(near(figure, value, 0.1), f"README.md: the sample: expected {value:.0f}, found {figure:.0f} (GLB in kB, triangles, kB compressed: {computed})")
 
 if faults:
     sys.exit("\n".join(faults))

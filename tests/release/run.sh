@@ -152,7 +152,7 @@ python_needs() { # the extension links only glibc, and needs no newer symbols th
         ! readelf -d "$extension" | sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p' | grep -vE '^(libc|libm|ld-linux-x86-64)\.so\.[0-9]$' &&
         wanted=$(compgen -G "$release/ldi-*.whl" | sed -E 's/.*manylinux_([0-9]+)_([0-9]+)_.*/\1.\2/') &&
         newest=$(objdump -T "$extension" | grep -oE 'GLIBC_[0-9.]+' | sed 's/GLIBC_//' | sort -Vu | tail -n 1) &&
-        printf 'needs glibc %s; its name states %s\n' "$newest" "$wanted" &&
+        printf 'the extension needs glibc %s, and the name of the wheel states %s\n' "$newest" "$wanted" &&
         [ "$(printf '%s\n' "$newest" "$wanted" | sort -V | tail -n 1)" = "$wanted" ]
 }
 
@@ -179,28 +179,28 @@ checksums() { (cd "$release" && sha256sum --quiet -c SHA256SUMS && [ "$(wc -l <S
 
 try_linux() {
     count_step "the Linux archive unpacks" unpack "photo3d-*-linux-x86_64.tar.gz" linux
-    count_step "its program needs no shared library" linux_is_static
-    count_step "its program converts a photo in a root folder without other files" linux_converts
+    count_step "the Linux program needs no shared library" linux_is_static
+    count_step "the Linux program converts a photo in a root folder without other files" linux_converts
     count_step "a HEIC photo becomes the same GLB as with the ordinary program" linux_reads_heic
     count_step "--compress writes the same GLB as the ordinary program" linux_compresses
-    count_step "the program works after it was moved" moved
+    count_step "the Linux program works after it was moved" moved
 }
 try_windows() {
     count_step "the Windows archive unpacks" unpack "photo3d-*-windows-x86_64.zip" windows
     count_step "Wine starts" on_windows cmd /c "exit 0"
     count_step "the Windows program converts a photo" windows_converts
-    count_step "it accepts file names in any script" windows_names
-    count_step "standard input and output pass bytes unchanged" windows_streams
-    count_step "it writes frames" windows_frames
-    count_step "it refuses video files with a message" windows_refuses_videos
-    count_step "it converts a batch" windows_batch
-    count_step "--version lists the formats that it was built without" windows_version
+    count_step "the Windows program accepts file names in any script" windows_names
+    count_step "the Windows program reads standard input and writes standard output without changing bytes" windows_streams
+    count_step "the Windows program writes videos as frames" windows_frames
+    count_step "the Windows program refuses video files with a message" windows_refuses_videos
+    count_step "the Windows program converts a batch" windows_batch
+    count_step "the Windows program lists with --version the formats that it does not support" windows_version
 }
 try_python() {
     count_step "the wheel installs without an index" python_installs
-    count_step "its package makes the same GLB as the ordinary program" python_converts
-    count_step "its extension needs no library except glibc" python_needs
-    count_step "it has the licenses of the libraries in it" python_has_licenses
+    count_step "the Python package makes the same GLB as the ordinary program" python_converts
+    count_step "the Python extension needs no library except glibc" python_needs
+    count_step "the wheel contains the licenses of all included libraries" python_has_licenses
 }
 try_npm() { count_step "the npm package installs and resolves" npm_imports; }
 try_web() {
@@ -209,7 +209,7 @@ try_web() {
 }
 
 [ "$made" = 1 ] || count_step "packaging/release.sh ${parts[*]}" make_files
-count_step "the checksums match" checksums
+count_step "the checksums of all files match" checksums
 count_step "the ordinary program builds" build_ordinary
 for part in "${parts[@]}"; do "try_$part"; done
 print_tally

@@ -85,7 +85,7 @@ TEST_CASE("a circle starts at the right, and turns clockwise for a viewer: down,
     }
 }
 
-TEST_CASE("a dolly zoom keeps the size of objects in focus while the background becomes smaller") {
+TEST_CASE("during a dolly zoom, objects in focus keep their size while the background becomes smaller") {
     const view end = view_on_path(camera_path::dolly_zoom, camera, range, 1);
     CHECK(seen(end, {0.5F, 0, -focus})[0] == Approx(seen(photo_view(), {0.5F, 0, -focus})[0]));
     CHECK(seen(end, {0.5F, 0, -range.z_far})[0] < seen(photo_view(), {0.5F, 0, -range.z_far})[0]);

@@ -26,7 +26,8 @@ float uncovered(const std::array<float, 3>& position, float x, float y, float de
 
 }  // namespace
 
-TEST_CASE("motion_of() bounds the width that a camera position uncovers, and is exact unless the camera moves back") {
+TEST_CASE(
+    "motion_of() is an upper bound of the width that a camera position uncovers, and is exact unless the camera moves back") {
     std::mt19937 engine(7);
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 300; ++trial) {

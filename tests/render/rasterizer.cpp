@@ -155,7 +155,7 @@ TEST_CASE("a mesh of random triangles that covers the frame is drawn without hol
     }
 }
 
-TEST_CASE("a sample on an edge belongs to the triangle to its right or below it") {
+TEST_CASE("a sample on an edge belongs to the triangle to the right of the edge, or below it if the edge is horizontal") {
     const std::int64_t one = detail::subsample_steps;
     const auto corner = [&](std::int64_t x, std::int64_t y) {
         detail::screen_vertex v;
@@ -183,7 +183,8 @@ TEST_CASE("a plane that extends behind the camera is clipped at the near plane a
         view v = view_of(64, 48);
         raster_options options;
         options.z_near = 0.5F;
-        // A third of the nets extends far beyond the frame; these are level, so that rounding keeps their vertices in the plane.
+        // A third of the nets extends far beyond the frame. These nets are level, so that rounding keeps their vertices in the
+        // plane.
         const bool wide = seed % 3 == 0;
         const double reach = wide ? 1e9 : 40;
         const double height = random.between(-0.2, -0.05), turn = random.between(-1, 1), tip = random.between(-0.2, 0.2);
@@ -301,7 +302,8 @@ TEST_CASE("back faces are omitted only on request") {
     CHECK(rasterize(back, flat_texture(9), v).coverage(10, 10, 0) == 255);
 }
 
-TEST_CASE("soft edges are blended over farther surfaces in their order, and affect neither coverage nor depth") {
+TEST_CASE(
+    "soft-edge triangles are blended over farther surfaces in the order of the mesh, and affect neither coverage nor depth") {
     const view v = view_of(40, 20);
     image<std::uint8_t> texture(1, 2, 3, std::uint8_t{0});
     for (std::size_t c = 0; c < 3; ++c) texture(0, 1, c) = 200;  // dark on the left, light on the right
@@ -329,7 +331,7 @@ TEST_CASE("soft edges are blended over farther surfaces in their order, and affe
     CHECK_THROWS_AS(rasterize(mesh, texture, v), ldi::error);
 }
 
-TEST_CASE("supersampling computes a pixel's coverage and averages its colors") {
+TEST_CASE("with supersampling, a pixel has the coverage and the average color of its samples") {
     const view v = view_of(8, 8);
     textured_mesh mesh;
     add_rectangle(mesh, v.camera, 2.5F, 0, 8, 8, 1);

@@ -31,7 +31,7 @@ struct generator {
     }
 };
 
-/// Distance of a point outside a solid; 0 on the surface, negative inside. From the definition of each solid.
+/// Signed distance of a point from a solid, computed from the definition of the solid: 0 on the surface, negative inside.
 double outside(const shape& s, const vector3& point) {
     const vector3 p = s.place.to_local(point);
     switch (s.what) {

@@ -1,4 +1,4 @@
-"""Checks for tests/service/run.sh on files that workers and the collector wrote.
+"""Checks, for tests/service/run.sh, of the files that workers and the collector wrote.
 
     documents.py FUNCTION [ARGUMENT...]     exits with 0 if the check FUNCTION passes
 """
@@ -15,7 +15,7 @@ def lines(path):
 
 
 def in_mid_message(log):
-    """The worker of this log has converted some, but not all photos of its last message."""
+    """Whether the worker of this log has converted some but not all photos of its last message."""
     events = lines(log)
     begun = max((i for i, line in enumerate(events) if line["event"] == "message"), default=None)
     if begun is None:
@@ -25,7 +25,7 @@ def in_mid_message(log):
 
 
 def logs_are_structured(*logs):
-    """Every line is an object with the time, the severity, the event and the process."""
+    """Whether every line is an object with the time, the severity, the event and the process."""
     every = [line for log in logs for line in lines(log)]
     return bool(every) and all({"time", "level", "event", "process"} <= line.keys() for line in every)
 
@@ -35,23 +35,23 @@ def have_events(log, event, number):
 
 
 def was_given_out(times, *logs):
-    """Of all messages with a single photo, the one with the most deliveries had this number of deliveries."""
+    """Whether this is the largest number of deliveries of a message with a single photo."""
     return max(line["earlier"] for log in logs for line in lines(log) if line["event"] == "message" and line["photos"] == 1) + 1 == int(times)
 
 
 def some_came_again(*logs):
-    """One of these workers received a redelivered message."""
+    """Whether one of these workers received a redelivered message."""
     return any(line["event"] == "message" and line["earlier"] > 0 for log in logs for line in lines(log))
 
 
 def none_came_again(*logs):
-    """These workers received messages, none of them redelivered."""
+    """Whether these workers received messages, none of them redelivered."""
     messages = [line for log in logs for line in lines(log) if line["event"] == "message"]
     return bool(messages) and not any(line["earlier"] > 0 for line in messages)
 
 
 def each_once(keys, results, dead):
-    """Every photo has exactly one line in one of the two files."""
+    """Whether every photo has exactly one line in the two files together."""
     every = [line["photo"] for path in (results, dead) for line in lines(path)]
     expected = open(keys).read().splitlines()
     print(f"{len(every)} documents of {len(expected)} photos, {len(lines(dead))} of them dead letters")
@@ -59,7 +59,7 @@ def each_once(keys, results, dead):
 
 
 def reasons(dead, broken):
-    """The dead letters are these photos, with these codes. broken: lines of a key, a tab, and a code"""
+    """Whether the dead letters are the photos of the file `broken`, with the same codes. A line of `broken` is a key, a tab, and a code."""
     found = {line["photo"]: line["error"] for line in lines(dead)}
     expected = dict(line.split("\t") for line in open(broken).read().splitlines())
     for code in sorted(set(expected.values())):
@@ -68,7 +68,7 @@ def reasons(dead, broken):
 
 
 def numbers_agree(results, dead, *metrics):
-    """The workers' counters equal the numbers of results, Prometheus' parser reads them, and the time of every stage is reported."""
+    """Whether Prometheus' parser reads the metrics, the counters equal the numbers of results, and the stages report their times."""
     total, stages = {}, set()
     for path in metrics:
         for family in text_string_to_metric_families(open(path).read()):
@@ -90,7 +90,7 @@ def numbers_agree(results, dead, *metrics):
 
 
 def codes_are(path, *codes):
-    """The errors have these codes, in any order."""
+    """Whether the errors have these codes, in any order."""
     return sorted(line["error"]["code"] for line in lines(path)) == sorted(codes)
 
 

@@ -3,7 +3,7 @@
 
 # shellcheck shell=bash disable=SC2154
 
-# Creates the photos (photographs if present, else crops of the sample), the broken files, and the list of uploads.
+# Creates the photos, the broken files, and the list of uploads. Photos are photographs if present, or else crops of the sample.
 make_photos() {
     local from=../shared/photos/train made=$((number - number / 25))
     mkdir -p "$work/photos"
@@ -36,7 +36,7 @@ sys.stdout.buffer.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"
 
 are_done() { [ "$(lines_of "$work/results" "$work/dead")" -ge "$1" ]; }
 
-# kill_in_mid_message PROCESS LOG: suspends the worker. If it is not in the middle of a message, lets it continue and fails.
+# kill_in_mid_message PROCESS LOG: suspends the worker. If the worker is not processing a message, resumes it and fails.
 kill_in_mid_message() {
     kill -STOP "$1"
     documents in_mid_message "$2" && return
@@ -74,7 +74,7 @@ queue photos collect --results "$work/results" --dead "$work/dead" --expected "$
 collector=$!
 
 wait_until 120 are_done $((number / 6))
-count_step "a worker is killed in the middle of a message" wait_until 60 kill_in_mid_message "$first" "$first_log"
+count_step "a worker can be killed while it processes a message" wait_until 60 kill_in_mid_message "$first" "$first_log"
 stop_worker KILL "$first"
 start_worker three photos s3://photos s3://photos/out
 third_log=$worker_log third_address=$worker_address
@@ -99,7 +99,7 @@ collector=
 cat "$work/collected"
 count_step "every photo has exactly one result or dead letter" documents each_once "$work/keys" "$work/results" "$work/dead"
 count_step "the dead letters are exactly the broken photos, with the right error codes" documents reasons "$work/dead" "$work/broken"
-count_step "the message of the killed worker is delivered again" documents some_came_again "$second_log" "$third_log"
+count_step "the broker delivers the message of the killed worker again" documents some_came_again "$second_log" "$third_log"
 count_step "the GLB files have the same bytes as those of photo3d --batch" are_same_bytes
 count_step "a worker logs failed access to the storage" grep -q '"storage failed"' "$second_log" "$third_log"
 count_step "every line of the logs has time, level, event and process" documents logs_are_structured "$first_log" "$second_log" "$third_log"

@@ -50,7 +50,7 @@ queue calm collect --results "$folder/odd_results" --dead "$folder/odd_dead" --e
 count_step "photos that are not plain files become dead letters" documents codes_are "$folder/odd_dead" "file access" "file access"
 stop_worker TERM "$worker"
 
-# A photo that exceeds the limit on a worker's processor time ends each worker that receives it.
+# This photo takes more processor time than a worker may use, so that the system ends every worker that receives the photo.
 python3 -c 'import sys
 sys.path.insert(0, "tests/program")
 from files import png
@@ -64,24 +64,24 @@ for ((ended = 0; ended < 20; ++ended)); do
     seconds_of_core=1 start_worker "endless.$ended" endless "$folder/photos" "$folder/outputs"
     wait_until 60 is_over || break
     ! has_ended "$collector" || break
-    stop_worker KILL "$worker" # the worker has ended; this reads its status
+    stop_worker KILL "$worker" # the worker has already ended; this only reads its exit status
 done
 stop_worker KILL "$worker"
 printf '%d workers ended\n' "$ended"
-count_step "a photo that ends every worker becomes a dead letter" documents codes_are "$folder/endless_dead" delivery_limit
-count_step "that photo is delivered five times" documents was_given_out 5 "$work"/endless.*.log
-count_step "every photo of that job has exactly one result or dead letter" documents each_once "$folder/endless" "$folder/endless_results" "$folder/endless_dead"
+count_step "a photo that kills every worker becomes a dead letter" documents codes_are "$folder/endless_dead" delivery_limit
+count_step "a photo that kills every worker is delivered five times" documents was_given_out 5 "$work"/endless.*.log
+count_step "in a job with a photo that kills workers, every photo has exactly one result or dead letter" documents each_once "$folder/endless" "$folder/endless_results" "$folder/endless_dead"
 wait "$collector" || true
 collector=
 
-# With storage that stays unreachable, a message is retried, returned to the queue, and finally becomes a dead letter that recommends
-# another try.
+# If the storage remains unreachable, the worker retries and then returns the message to the queue. After five deliveries, the message
+# becomes a dead letter that recommends another try.
 start_worker away away "$folder/nowhere" "$folder/outputs" --patience 0
 queue away submit --job w <<<a.jpg
 queue away collect --results "$folder/away_results" --dead "$folder/away_dead" --expected 1 >/dev/null
-count_step "a photo whose storage stays unreachable becomes a dead letter" documents codes_are "$folder/away_dead" "unavailable for now"
-count_step "that dead letter recommends another try" grep -q '"try_again":true' "$folder/away_dead"
-count_step "its message is delivered five times" documents was_given_out 5 "$worker_log"
+count_step "a photo whose storage remains unreachable becomes a dead letter" documents codes_are "$folder/away_dead" "unavailable for now"
+count_step "the dead letter of a photo with unreachable storage recommends another try" grep -q '"try_again":true' "$folder/away_dead"
+count_step "the message of a photo with unreachable storage is delivered five times" documents was_given_out 5 "$worker_log"
 stop_worker TERM "$worker"
 
 control_broker() {
@@ -95,7 +95,7 @@ wait_until 20 health_is "$worker_address" 200
 control_broker set_policy full '^full[.]results$' '{"max-length": 1, "overflow": "reject-publish"}' --apply-to queues
 printf '%s\n' a.jpg b.jpg c.jpg | queue full submit --job f --photos-per-message 1
 count_step "a worker logs that a queue refuses results" wait_until 60 grep -q '"publishing failed"' "$worker_log"
-sleep 6 # until the next attempt, which the queue refuses, too
+sleep 6 # until the next attempt, which the queue also refuses
 control_broker clear_policy full
 queue full collect --results "$folder/full_results" --dead "$folder/full_dead" --expected 3 >/dev/null
 count_step "once the queue accepts results, every photo has one" documents codes_are "$folder/full_dead"

@@ -17,7 +17,7 @@ using ldi::testing::scratch_folder;
 
 namespace {
 
-/// Makes writes past this size of a file fail, as on a full disk, until the object's end.
+/// During its lifetime, makes writes beyond this file size fail, as on a full disk.
 class file_size_limit {
 public:
     explicit file_size_limit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -46,7 +46,8 @@ std::string line(int i) { return document_of("job", "photo" + std::to_string(i))
 
 }  // namespace
 
-TEST_CASE("when a disk is full, a file of documents keeps its whole lines, and later gets each of the others once") {
+TEST_CASE(
+    "on a full disk, a file of documents keeps its complete lines, and a later save() appends each remaining document once") {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "results";
     line_file file(path);
@@ -67,7 +68,7 @@ TEST_CASE("when a disk is full, a file of documents keeps its whole lines, and l
     }
 }
 
-TEST_CASE("a file of documents that ends anywhere in its last line is continued after its last whole document") {
+TEST_CASE("if a file of documents ends in the middle of a line, new documents are appended after the last complete one") {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "results";
     for (std::size_t left = 0; left <= line(2).size(); ++left) {
@@ -82,7 +83,7 @@ TEST_CASE("a file of documents that ends anywhere in its last line is continued 
     }
 }
 
-TEST_CASE("a file of documents has one writer at a time") {
+TEST_CASE("a file of documents can have only one writer at a time") {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "results";
     {
@@ -92,7 +93,7 @@ TEST_CASE("a file of documents has one writer at a time") {
     CHECK_NOTHROW(line_file(path));
 }
 
-TEST_CASE("a file of another program is refused and stays as it is") {
+TEST_CASE("a file that another program wrote is refused and stays unchanged") {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "notes";
     for (const std::string& text : {std::string("my only notes, one line"), line(1) + "notes", std::string("notes\n"),

@@ -45,7 +45,7 @@ TEST_CASE("malformed messages, unsafe keys and oversized messages are refused") 
     std::string many = "[\"a\"";
     for (std::size_t i = 0; i < photo_message::max_photos; ++i) many += ",\"a\"";
     CHECK(raised([&] { parse_message(message("a", many + "]")); }) == error_code::invalid_data);
-    // Its length is checked before it is parsed.
+    // The length of a message is checked before the message is parsed.
     CHECK(raised([&] { parse_message(std::string(photo_message::max_bytes + 1, '[')); }) == error_code::too_large);
 }
 

@@ -14,22 +14,22 @@ DONE, USAGE = 0, 2
 
 
 def refused(command, words, folder):
-    """Runs a program, and checks that it ends with a message of one line that starts with the words."""
+    """Runs a program, and checks that it exits with code 2 and prints one line that starts with `words`."""
     name = " ".join([os.path.basename(command[0]), *command[1:]])
     try:
         result = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
     except subprocess.TimeoutExpired:
-        return check(f"{name}: does not end", False)
-    check(f"{name}: exit code {result.returncode}", result.returncode == USAGE, result.stderr)
+        return check(f"{name}: the program ends within a minute", False)
+    check(f"{name}: expected exit code {USAGE}, found {result.returncode}", result.returncode == USAGE, result.stderr)
     check(f"{name}: one line says '{words}'", result.stderr.startswith(f"photo3d: {words}") and result.stderr.count("\n") == 1, result.stderr)
 
 
 with tempfile.TemporaryDirectory() as top:
     for program in (WORKER, QUEUE):
         said = subprocess.run([program, "--help"], capture_output=True, text=True)
-        check(f"{program} --help", said.returncode == DONE and "--broker" in said.stdout, said)
+        check(f"{program} --help lists --broker", said.returncode == DONE and "--broker" in said.stdout, said)
     said = subprocess.run([QUEUE, "submit", "--help"], capture_output=True, text=True)
-    check("the help of submit", said.returncode == DONE and "--photos-per-message" in said.stdout, said)
+    check("submit --help lists the options of submit", said.returncode == DONE and "--photos-per-message" in said.stdout, said)
 
     folders = ["--photos", top, "--outputs", top]
     for options, words in (
@@ -62,5 +62,5 @@ with tempfile.TemporaryDirectory() as top:
         (["submit", "more"], "command line: expected no further word, found more"),
     ):
         refused([QUEUE, *options], words, top)
-    check("nothing is written", os.listdir(top) == [])
+    check("invalid options cause no files to be written", os.listdir(top) == [])
 finish()

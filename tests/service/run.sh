@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Tests two workers, a broker and an S3 server on one machine. A worker and the broker are killed, and the server becomes unreachable.
-# Nevertheless, every photo must be converted exactly once, and broken photos must become dead letters with a reason. Also tests storage
-# in a folder, messages that kill workers, metrics, and Slurm. Ends with "N passed, N failed".
+# Tests workers with a broker and an S3 server on one machine. Kills a worker and the broker, and makes the server unreachable. Every photo
+# must still be converted exactly once, and every broken photo must become a dead letter with a reason. Also tests storage in a folder,
+# messages that kill workers, metrics, and Slurm. Ends with "N passed, N failed".
 #
 #   PHOTOS=60 tests/service/run.sh     number of photos, 500 by default; 4 % of them are broken
 #
@@ -31,7 +31,7 @@ work=$(mktemp -d)
 clean_up() {
     [ -z "${KEEP:-}" ] || cp -r "$work" "$KEEP"
     local process
-    # Waits for each killed process, so that the shell does not report it after the last line.
+    # Waits for each killed process. Otherwise, the shell would report the process after the last line.
     for process in "${!workers[@]}" "${collector:-}"; do
         [ -z "$process" ] || { kill -KILL "$process" && wait "$process"; } 2>/dev/null || true
     done

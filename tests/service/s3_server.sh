@@ -1,4 +1,4 @@
-# Starts an S3 server, if possible in a separate network namespace, which scripts can disconnect. tests/service/run.sh sources this file.
+# Starts an S3 server, if possible in a separate network namespace that scripts can disconnect. tests/service/run.sh sources this file.
 #
 #   start_s3 FOLDER BUCKET    starts the server; sets s3_server (its process) and the variables of Amazon's tools
 #   cut_network               disconnects the server, or suspends it if it has no separate network

@@ -18,7 +18,7 @@ using ldi::examples::s3_storage;
 
 namespace {
 
-/// Listens on a free port of this machine, and answers one request.
+/// Listens on a free port of this machine, and responds to one request.
 class server_for_one_request {
 public:
     server_for_one_request() : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -36,7 +36,7 @@ public:
 
     std::string address() const { return "http://127.0.0.1:" + std::to_string(port_); }
 
-    /// Returns the lines of the request, without a body.
+    /// Waits for a request, sends a fixed response, and returns the request line and the headers.
     std::string serve() const {
         const int connection = ::accept(socket_, nullptr, nullptr);
         std::string request;
@@ -55,7 +55,7 @@ private:
     int socket_, port_ = 0;
 };
 
-/// Gets an object from a server of S3, and returns the request.
+/// Gets an object from an S3 server that runs in this test, and returns the request.
 std::string request_with(const char* session_token) {
     const server_for_one_request server;
     ::setenv("AWS_ENDPOINT_URL", server.address().c_str(), 1);

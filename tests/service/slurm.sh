@@ -125,9 +125,9 @@ if ! count_step "a cluster of one node starts" start_cluster || [ "$failed" != 0
     exit 1
 fi
 make_list
-count_step "of three tasks, only the one with a photo that can't be converted ends with exit code 1" fails_with_one
+count_step "only the task with an invalid photo ends with exit code 1" fails_with_one
 cat "$work"/task.* || true
-count_step "each photo is converted once" is_each_there_once
+count_step "each valid photo in the list is converted once" is_each_there_once
 count_step "each task processes a third of the list" have_slices
 count_step "the same list, submitted again, ends with the same exit codes" fails_with_one
 count_step "the second run skips all converted photos" is_nothing_converted

@@ -65,7 +65,7 @@ TEST_CASE("symbolic links inside a folder are not followed") {
     CHECK(raised([&] { storage.put("folder/new", byte_string(5)); }) == error_code::file_access);
     CHECK(read_file(folder / "out/secret").size() == 3);
     CHECK_FALSE(std::filesystem::exists(folder / "out/new"));
-    // The path of the storage itself may be a symbolic link, because the caller chooses it.
+    // The path of the storage itself may be a symbolic link, because the caller chooses this path.
     std::filesystem::create_symlink("in", folder / "link");
     folder_storage(folder / "link").put("a", byte_string(4));
     CHECK(storage.get("a", 10).size() == 4);
@@ -111,7 +111,7 @@ TEST_CASE("if several writers replace an object at the same time, the bytes of o
     CHECK(names_in(folder / "album") == std::vector<std::string>{"a"});
 }
 
-TEST_CASE("nothing outside a folder is written, even while another thread replaces its subfolders with links") {
+TEST_CASE("a folder storage writes nothing outside its folder, even while another thread replaces subfolders with links") {
     const scratch_folder folder;
     for (const char* name : {"in/album", "out"}) std::filesystem::create_directories(folder / name);
     std::filesystem::create_symlink("../out", folder / "in/link");

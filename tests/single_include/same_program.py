@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Checks that single_include/ldi/ldi.hpp and include/ldi/ldi.hpp preprocess to the same tokens.
 
-    same_program.py COMPILER [FLAG...]     FLAG: such as -I, for other libraries' headers
+    same_program.py COMPILER [FLAG...]     FLAG: compiler flags, such as -I for the headers of other libraries
 
-With this compiler, tests of one header therefore cover the other.
+Tests of one header with this compiler therefore also cover the other header.
 """
 
 import itertools
@@ -27,7 +27,7 @@ def tokens(folder, flags):
 for flags in ([], ["-fno-exceptions", "-fno-rtti"]):
     separate, single = tokens("include", flags), tokens("single_include", flags)
     if "photo_layers" not in separate:
-        sys.exit("the preprocessed text lacks the headers that ldi.hpp includes")
+        sys.exit("expected the headers that ldi.hpp includes in the preprocessed text, found none")
     for number, (a, b) in enumerate(itertools.zip_longest(separate, single)):
         if a != b:
             around = slice(max(number - 12, 0), number + 12)

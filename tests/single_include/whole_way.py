@@ -40,11 +40,11 @@ file = run(program)
 magic, version, length, json_length, json_type = struct.unpack("<4sIII4s", file[:20])
 scene = json.loads(file[20:20 + json_length])
 if (magic, version, length, json_type) != (b"glTF", 2, len(file), b"JSON") or scene["images"][0]["mimeType"] != "image/png":
-    sys.exit("the result is no GLB file with a PNG texture")
+    sys.exit("expected a GLB file with a PNG texture, found other data")
 texture = scene["bufferViews"][scene["images"][0]["bufferView"]]
 begin = 20 + json_length + 8 + texture["byteOffset"]
 if file[begin:begin + 8] != b"\x89PNG\r\n\x1a\n":
-    sys.exit("no PNG file starts at the offset of the texture")
+    sys.exit("expected a PNG file at the offset of the texture, found other data")
 print(f"{len(file)} bytes, {scene['accessors'][2]['count'] // 3} triangles")
 if run(compile_program("whole_way_standard", "-DLDI_STANDARD_ONLY", "-pedantic-errors")) != run(program, LDI_ISA="scalar"):
-    sys.exit("without compiler extensions, the program writes different bytes")
+    sys.exit("expected the same bytes without compiler extensions, found others")

@@ -1,4 +1,4 @@
-// Memory that a test lends to ldi and can withhold.
+// A memory source for ldi that counts allocations and can refuse them.
 #pragma once
 
 #include <ldi/base/memory.hpp>

@@ -34,7 +34,7 @@ inline constexpr bool measures_memory = true;
 inline constexpr bool measures_memory = false;
 #endif
 
-/// Whether the measure is resident memory; otherwise it is allocated memory, much of which libraries do not touch.
+/// Whether resident memory is measured. Otherwise, allocated memory is measured, much of which libraries do not touch.
 #if defined(LDI_TEST_COUNTS_BLOCKS)
 inline constexpr bool measures_resident_memory = false;
 #else
@@ -44,7 +44,7 @@ inline constexpr bool measures_resident_memory = measures_memory;
 #if defined(LDI_TEST_COUNTS_BLOCKS)
 inline std::atomic<long long> bytes_out{0}, max_bytes_out{0};
 
-/// Counts allocated bytes. With the address sanitizer, resident memory means nothing, because it keeps freed memory.
+/// Counts allocated bytes. With the address sanitizer, resident memory is meaningless, because the sanitizer keeps freed memory.
 inline void count_blocks() {
     __sanitizer_install_malloc_and_free_hooks(
         [](const volatile void*, std::size_t bytes) {
@@ -58,7 +58,7 @@ inline void count_blocks() {
 #endif
 
 #if defined(__linux__)
-/// Bytes that a child process needs for a call; nothing if it ends by a signal.
+/// Bytes that a child process needs for a call; nothing if a signal ends the process.
 template <class Call>
 std::optional<double> peak_of_child(Call&& call) {
     int channel[2];

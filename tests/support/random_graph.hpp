@@ -82,8 +82,8 @@ public:
         add_sheet(x, y, 1 + below(random_, g_.width()), 1 + below(random_, g_.height()));
     }
 
-    /// A sheet that continues the surface of a pixel beyond one of its free sides, along a seam. Where the sheet turns back, the
-    /// surface passes over itself.
+    /// Adds a sheet that continues a pixel's surface beyond a free side of the pixel, linked along a seam. Where the sheet
+    /// overlaps the surface, the surface passes over itself.
     void add_fold() {
         if (g_.size() == 0) return;
         const std::int32_t from = random_pixel();

@@ -1,4 +1,4 @@
-// The peak of a counted memory during each stage of make_photo3d().
+// Peak memory during each stage of make_photo3d(), measured with counted_memory.
 #pragma once
 
 #include "tests/support/counted_memory.hpp"

@@ -1,4 +1,4 @@
-// AVX-VNNI for processors without it: decodes its instruction, vpdpbusd, and executes it lane by lane.
+// Emulates AVX-VNNI on processors without it: decodes the instruction vpdpbusd and executes it lane by lane.
 #pragma once
 
 #include <tests/support/trapped_instructions.hpp>
@@ -21,7 +21,8 @@ public:
 private:
     using vector = std::array<std::uint8_t, 32>;
 
-    /// The 256-bit registers as saved for a signal: lower halves with those of SSE, upper halves in a separate part.
+    /// The 256-bit registers as the kernel saves them for a signal handler: lower halves with the SSE registers, upper halves in
+    /// a separate part.
     struct saved_vectors {
         static constexpr std::size_t lower = 160, present = 512, upper = 576;
         static constexpr std::uint64_t upper_is_present = 4;
@@ -51,7 +52,7 @@ private:
         }
     };
 
-    /// Returns sums + four products each of an unsigned and a signed byte, wrapping around.
+    /// Adds four products of an unsigned and a signed byte to each 32-bit sum, with wraparound.
     static vector dot_products(const vector& sums, const vector& unsigned_bytes, const vector& signed_bytes) {
         vector result{};
         for (std::size_t lane = 0; lane < 32; lane += 4) {
@@ -67,8 +68,8 @@ private:
     bool emulate(mcontext_t& machine) {
         greg_t* const registers = machine.gregs;
         const auto* const code = reinterpret_cast<const std::uint8_t*>(registers[REG_RIP]);
-        // VEX of three bytes: C4; R X B inverted and the map 0F38; W, vvvv inverted, L = 1 for 256 bits, prefix 66. Then the
-        // opcode.
+        // Checks the three-byte VEX prefix and the opcode. Byte 0 is C4. Byte 1 has R, X and B, inverted, and the opcode map
+        // 0F38. Byte 2 has W, vvvv, inverted, L = 1 for 256 bits, and the prefix 66.
         if (code[0] != 0xC4 || (code[1] & 0x1FU) != 2 || (code[2] & 0x87U) != 5 || code[3] != 0x50) return false;
         const unsigned reg_high = (code[1] & 0x80U) != 0 ? 0 : 8, index_high = (code[1] & 0x40U) != 0 ? 0 : 8;
         const unsigned base_high = (code[1] & 0x20U) != 0 ? 0 : 8;

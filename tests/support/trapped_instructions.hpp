@@ -16,8 +16,8 @@
 
 namespace ldi::testing {
 
-/// During its lifetime, illegal instructions of this thread go to `emulate`, which advances the instruction pointer, or returns
-/// false for an unknown instruction. Only one object may exist at a time.
+/// During its lifetime, passes illegal instructions to `emulate`, which must either emulate the instruction and advance the
+/// instruction pointer, or return false for an unknown instruction. Only one object may exist at a time.
 class trapped_instructions {
 public:
     explicit trapped_instructions(std::function<bool(ucontext_t&)> emulate) : emulate_(std::move(emulate)) {
@@ -58,7 +58,7 @@ inline std::uint64_t read_register(const greg_t* registers, unsigned number) {
 /// The memory that an instruction reads: at `address` + `index`.
 struct memory_operand {
     std::uint64_t address = 0, index = 0;
-    std::size_t length = 0;  ///< bytes of the instruction from ModRM on
+    std::size_t length = 0;  ///< bytes from ModRM to the end of the displacement
 };
 
 inline memory_operand read_operand(const std::uint8_t* modrm, const greg_t* registers, unsigned base_high, unsigned index_high) {

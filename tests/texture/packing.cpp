@@ -22,7 +22,7 @@ std::vector<rectangle_size> random_rectangles(std::mt19937& random, std::int32_t
     return sizes;
 }
 
-/// Checks that every unit square of the sheet is covered at most once, and that everything required is covered.
+/// Checks that all rectangles lie inside the sheet and do not overlap.
 void check_packing(const std::vector<rectangle_size>& sizes, const packing& packed) {
     REQUIRE(packed.corners.size() == sizes.size());
     buffer<int> covered(static_cast<std::size_t>(packed.sheet.width) * static_cast<std::size_t>(packed.sheet.height), 0);
@@ -122,7 +122,7 @@ TEST_CASE("rectangles without area are refused") {
     }
 }
 
-TEST_CASE("packing zero rectangles gives an empty sheet") {
+TEST_CASE("packing zero rectangles returns an empty sheet") {
     const packing packed = pack({}, 512);
     CHECK(packed.corners.empty());
     CHECK(packed.sheet == rectangle_size{0, 0});

@@ -119,7 +119,7 @@ TEST_CASE("diffusion continues a linear ramp without a step") {
     CHECK(largest <= 1);
 }
 
-TEST_CASE("additional rounds of diffusion hardly change the padding") {
+TEST_CASE("additional iterations of diffusion hardly change the padding") {
     std::mt19937 random(5);
     const photo_layers layers = random_scene(random, 90, 110);
     const chart_set set = make_charts(layers, {});
@@ -210,7 +210,9 @@ TEST_CASE("padding of random charts copies linked pixels or stays within the ran
     }
 }
 
-TEST_CASE("charts are drawn only inside the atlas, in blocks with room for the padding, and with pixels in their box") {
+TEST_CASE(
+    "a chart is drawn only if its blocks lie inside the atlas and include its padding, and its bounding box contains its "
+    "pixels") {
     const auto [layers, set] = two_sheets(true);
     const std::vector<texel_kind> kinds(layers.size(), texel_kind::photo);
     image<std::uint8_t> color(64, 96, 3, std::uint8_t{77});

@@ -54,8 +54,8 @@ inline photo_layers random_scene(std::mt19937& random, std::size_t rows, std::si
     return with_hidden_surfaces(lift(color, ldi::testing::random_disparity(random, rows, columns)));
 }
 
-/// A pair of ../shared/rgbd by name, at the photo's size or stretched to another; nothing if it is missing. Its disparity is
-/// scaled to [0, 1] and not cleaned, because charts must cope with noisy edges.
+/// Returns the layers of a photo with disparity from ../shared/rgbd, at the photo's size or stretched to rows x columns; nothing
+/// if a file is missing. The disparity is scaled to [0, 1] but not cleaned, because charts must handle noisy edges.
 inline std::optional<photo_layers> shared_photo(const std::string& name, std::size_t rows = 0, std::size_t columns = 0) {
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "rgbd";
     std::filesystem::path photo_file = folder / (name + ".png");

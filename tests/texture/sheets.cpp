@@ -25,10 +25,11 @@ struct sheet_scene {
     texture_atlas atlas;
     sheet_options options;
     sheet_layout layout;
-    std::vector<image<std::uint8_t>> sheets;  // sheet s at s - 1
+    std::vector<image<std::uint8_t>> sheets;  // sheet s has index s - 1
 };
 
-/// disparity  at the size of the layered image
+/// disparity   one value per pixel of the layered image
+/// sheet_side  maximum width and height of a sheet in texels
 template <class Executor>
 sheet_scene make_scene(image<std::uint8_t> photo, const image<float>& disparity, std::int32_t sheet_side, Executor&& threads) {
     sheet_scene s;
@@ -73,7 +74,7 @@ const std::uint8_t* texel_of(const sheet_scene& s, std::int32_t c, std::int32_t 
 }
 
 /// For each pixel of the layered image that is on a sheet, calls visit(pixel, x, y) for all pixels (x, y) of the photo whose
-/// centers lie in it.
+/// centers lie inside that pixel.
 template <class Visit>
 void for_each_texel(const sheet_scene& s, Visit&& visit) {
     const graph& g = s.layers.topology();
@@ -98,7 +99,7 @@ atlas_place in_atlas(const sheet_scene& s, std::int32_t pixel) {
 
 }  // namespace
 
-TEST_CASE("rooms (rectangles of charts on a sheet) do not overlap, and only charts that show part of the photo have one") {
+TEST_CASE("rectangles of charts on a sheet do not overlap, and only charts with pixels of the photo have such a rectangle") {
     std::mt19937 random(11);
     for (int repeat = 0; repeat < 12; ++repeat) {
         const sheet_scene s = random_sheet_scene(random);
@@ -159,7 +160,7 @@ TEST_CASE("away from silhouettes, sheets show the photo byte for byte") {
             REQUIRE(std::equal(texel, texel + 3, s.photo.row(y) + 3 * x));
         });
     }
-    CHECK(compared > all / 5);  // in so small a photo, only a small part is far from silhouettes
+    CHECK(compared > all / 5);  // only a small part of such a small photo is far from silhouettes
 }
 
 TEST_CASE("hidden surfaces on a sheet have colors between those of the surrounding atlas texels") {
@@ -213,7 +214,7 @@ TEST_CASE("colors of hidden surfaces on a sheet are interpolated between the cen
 }
 
 TEST_CASE("sheets contain almost no colors that the photo mixes at silhouettes") {
-    // A bright disc in front of a dark wall, both textured, its rim blurred over six pixels of the photo.
+    // A textured bright disc in front of a textured dark wall. The rim of the disc is blurred over six pixels of the photo.
     constexpr std::size_t scale = 4, side = 120;
     std::mt19937 random(14);
     image<std::uint8_t> photo(scale * side, scale * side, 3);
@@ -262,7 +263,7 @@ TEST_CASE("invalid options, mismatched images and photos too large for the sheet
     };
     CHECK(testing::raised([&] { lay_out(1000, 4, 1); }) == error_code::invalid_option);
     CHECK(testing::raised([&] { lay_out(1024, 0, 1); }) == error_code::invalid_option);
-    CHECK(testing::raised([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the padding of the atlas is less
+    CHECK(testing::raised([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the atlas has less padding
     CHECK(testing::raised([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
     CHECK(testing::raised([&] { max_chart_side(200); }) == error_code::too_large);
     CHECK(max_chart_side(1.0) > 4000);

@@ -19,12 +19,12 @@ const pictures = join(top, "out/element");
 const moduleFile = join(top, "build/viewer/photo-3d/photo-3d.js");
 const axe = await readFile(join(here, "node_modules/axe-core/axe.min.js"), "utf8");
 const glb = await readFile(join(top, "out/feed.glb"));
-// Real phones have 2 or 3 device pixels per CSS pixel, which takes minutes without a graphics card. Another test covers such densities.
+// Real phones have 2 or 3 device pixels per CSS pixel, which take minutes to test without a graphics card. Another test covers them.
 const sizes = { desktop: { width: 1280, height: 800 }, phone: { width: 390, height: 844, deviceScaleFactor: 1.5, isMobile: true, hasTouch: true } };
 const [onlyBrowser, onlyWord] = process.argv.slice(2);
 await mkdir(pictures, { recursive: true });
 
-/** Returns a page with this content, which shows no hint and records its WebGL contexts. */
+/** Returns a page with this content. The page shows no hint and records its WebGL contexts. */
 const pageAround = (content) => `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Feed</title><link rel="icon" href="data:,">
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>body { margin: 0 auto; max-width: 600px } article { padding: 16px }
 img, photo-3d { display: block; width: 100% }</style><script>
@@ -58,7 +58,7 @@ const asked = [];
 const server = createServer((request, response) => {
     const path = decodeURIComponent(request.url.split("?")[0]);
     asked.push(path);
-    if (path === "/silent.glb") return; // never answers
+    if (path === "/silent.glb") return; // never responds
     let body = files[path];
     const folder = path.startsWith("/gallery/") ? "out" : "out/embed"; // files of --gallery and of --embed
     if (body === undefined && existsSync(join(top, folder, path))) body = readFileSync(join(top, folder, path));
@@ -248,7 +248,7 @@ async function testFeed(name, size, scroll, way) {
         await open(page, "/feed.html", size);
         await waitForMiddle(page);
         const found = await scroll(page, steps, size);
-        for (const [i, place] of expected.entries()) assert.ok(Math.abs(place - found[i]) <= 16, `${found} and not ${expected}`);
+        for (const [i, place] of expected.entries()) assert.ok(Math.abs(place - found[i]) <= 16, `scroll positions: expected ${expected}, found ${found}`);
         await page.screenshot({ path: join(pictures, `${kind}_${name}_${way}.png`) });
         await page.evaluate(async () => {
             for (let y = 0; y < document.body.scrollHeight; y += innerHeight) {
@@ -260,8 +260,8 @@ async function testFeed(name, size, scroll, way) {
         await waitForMiddle(page).catch(() => {});
         await waitForRest(page);
         const end = await statistics(page);
-        assert.equal(await page.evaluate(() => window.contexts.length), 1, "one context");
-        assert.ok(Math.max(most, end.photos) <= 6, `${most} and ${end.photos} photos in memory`);
+        assert.equal(await page.evaluate(() => window.contexts.length), 1, "number of WebGL contexts");
+        assert.ok(Math.max(most, end.photos) <= 6, `expected at most 6 photos in memory, found ${most}, and ${end.photos} at the end`);
         await new Promise((resolve) => setTimeout(resolve, 500));
         assert.equal((await statistics(page)).frames, end.frames, "at rest, nothing is drawn");
         const heap = await page.evaluate(() => performance.memory?.usedJSHeapSize ?? 0);
@@ -312,7 +312,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok(up.up > 0.15 && up.forward > 0.25, JSON.stringify(up));
     });
 
-    await test("photos load even if one leaves the viewport before it is drawn", async (page) => {
+    await test("photos load even if one of them leaves the viewport before the page draws it", async (page) => {
         await page.evaluateOnNewDocument(() => {
             const { requestAnimationFrame } = window;
             const held = [];
@@ -341,7 +341,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.equal(await page.evaluate(() => document.querySelector("photo-3d").complete), false);
     });
 
-    await test("axe reports no violation", async (page) => {
+    await test("axe reports no accessibility violation in a feed", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         await page.evaluate(axe);
@@ -372,7 +372,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok(asked.includes("/sample.glb") && asked.includes("/sample.poster.jpg"));
     });
 
-    await test("in a page, a double click does not magnify the photo, and the mouse looks around", async (page) => {
+    await test("in a feed, moving the mouse changes the viewpoint, and a double click does not magnify the photo", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         await waitForRest(page);
@@ -381,12 +381,12 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         for (let i = 0; i < 2; ++i) await page.mouse.click(x + width / 4, y + height / 4);
         await waitForRest(page);
         const { zoom, reach } = await state();
-        assert.equal(zoom, 1, "a double click");
+        assert.equal(zoom, 1, "a double click does not zoom");
         assert.ok(reach.right < -0.3, JSON.stringify(reach));
     });
 
     if (kind === "chromium")
-        await test("on a phone, a horizontal drag looks around, and a vertical drag scrolls the page", async (page) => {
+        await test("on a phone, a horizontal drag changes the viewpoint, and a vertical drag scrolls the page", async (page) => {
             await open(page, "/feed.html", sizes.phone);
             await waitForMiddle(page);
             await waitForRest(page);
@@ -400,7 +400,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             assert.equal(await scrolled(page), before);
             await finger.end();
             await waitForRest(page);
-            assert.ok(Math.abs(await reach()) < 0.1, "the lifted finger returns the view to rest");
+            assert.ok(Math.abs(await reach()) < 0.1, "after the finger lifts, the viewpoint returns to the center");
             const next = await page.touchscreen.touchStart(middle.x, middle.y);
             for (let i = 1; i <= 10; ++i) await next.move(middle.x, middle.y - i * 30);
             await next.end();
@@ -408,7 +408,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             assert.ok((await scrolled(page)) > before + 200, `scrolled from ${before} to ${await scrolled(page)}`);
         });
 
-    await test("the share button shares or copies the page's address, and the page can share something else", async (page) => {
+    await test("the share button shares or copies the page's address, or what the page provides instead", async (page) => {
         await open(page, "/one.html", sizes.desktop);
         const outcome = await page.evaluate(async () => {
             const shown = document.createElement("photo-3d");
@@ -515,7 +515,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         checkGlb(bytesOf(square())), checkGlb(bytesOf(glb));
     });
 
-    await test("hostile files cause a message and no request", async (page) => {
+    await test("hostile files cause an error message and no requests", async (page) => {
         await open(page, "/one.html", sizes.desktop);
         asked.length = 0;
         for (const name of Object.keys(hostile)) {

@@ -1,8 +1,8 @@
-// Counts the pixels of a page that show the clear color behind the scene: those that change with it, even slightly.
+// Counts the pixels of a page that show the clear color behind the scene: all pixels that change, even slightly, with the clear color.
 
 import { settle } from "./browser.mjs";
 
-/** Makes the page clear its pictures with the color `window.behind`, and keep a headset's pictures until a test reads them. */
+/** Makes the page clear its canvas with the color `window.behind`, and preserve a headset's pictures until a test reads them. */
 export const clearColorScript = `
     window.behind = [1, 0, 1, 1];
     window.clears = 0;

@@ -34,7 +34,7 @@ export function withoutCamera(glb) {
     return putTogether({ json, binary });
 }
 
-/** Returns the file uncompressed and without every `step`th triangle. */
+/** Returns the file without compression and without every `step`-th triangle. */
 export function withHoles(glb, step) {
     const { json, binary } = takeApart(glb);
     const { count, componentType, bufferView, byteOffset = 0 } = json.accessors[json.meshes[0].primitives[0].indices];

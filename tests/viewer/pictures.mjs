@@ -98,7 +98,7 @@ export class PictureDesk {
      * Returns the motion of a near and a far detail between two pictures, in pixels to the right and down.
      *
      * @param {string} depth  the depth map, near is bright
-     * @param {number} hidden  share of the depth map's sides that the pictures don't show, at both ends
+     * @param {number} hidden  share of the depth map's width and height that the pictures don't show, at each border
      */
     parallax(before, after, depth, hidden) {
         return this.page.evaluate(

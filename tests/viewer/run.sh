@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# run.sh [--photographs [PICTURES]]: tests the viewer in headless Chromium on the shipped sample and three photographs of ../shared/photos,
-# converted by photo3d --html, and the element <photo-3d> in other pages, in Chromium and Firefox. With --photographs, instead of running
-# the tests, counts all gaps in the 40 photographs of bench/quality/run.sh --only holes, and writes the view at the worst place of each to
-# the folder PICTURES. Installs missing packages. Ends with "N passed, N failed".
+# run.sh [--photographs [PICTURES]]: tests the viewer in headless Chromium on pages that photo3d --html wrote for the shipped sample and
+# three photographs of ../shared/photos. Tests the element <photo-3d> in other pages, in Chromium and Firefox. With --photographs, runs no tests.
+# Instead, counts all gaps in the 40 photographs of bench/quality/run.sh --only holes, and writes the view with the most gaps in each of
+# them to the folder PICTURES. Installs missing packages. Ends with "N passed, N failed".
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -42,7 +42,7 @@ fi
 sample=("$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample_depth.png" --fov 56 --compress --quiet)
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" -o "$top/out/sample_compressed.glb" --compressed-texture jpeg
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/sample_compressed.html" --usdz "$top/out/sample.usdz"
-# Cropped frame, as in the paper: surfaces end at the photo's border.
+# This page has a cropped frame, as in the paper: surfaces end at the photo's border.
 "$top/build/photo3d/examples/photo3d" "$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample_depth.png" --fov 56 --frame crop \
     --quiet -o "$top/out/sample_cropped.glb" --html "$top/out/sample_cropped.html"
 # Working size is a third of the photo's size; the texture has full size, in several files.

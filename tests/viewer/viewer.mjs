@@ -41,10 +41,10 @@ const opened = (options) => () => openPhoto(context, samplePage, options);
 const still = { reducedMotion: true };
 const countable = { scripts: [clearColorScript] };
 
-/** Share of each side of the photo that the frame hides, at both ends. */
+/** Share of the photo's width and height that the frame hides at each border. */
 const hiddenBorder = (page) => page.evaluate(() => (document.querySelector("photo-3d").shadowRoot.querySelector(".cropped") ? 0.034 : 0));
 
-/** Presses a button of the element; the tests hide the buttons. */
+/** Presses a button of the element by script, because the tests hide the buttons. */
 const press = (page, id) => page.evaluate((id) => document.querySelector("photo-3d").shadowRoot.getElementById(id).click(), id);
 
 /** Returns the frame's center and size in pixels of the window. */
@@ -72,7 +72,7 @@ async function assertParallax(page, before, { right, up }) {
     if (up !== 0) assert.ok((near.down - far.down) * Math.sign(up) > 2, `near surfaces move against the viewer, up and down: ${motion}`);
 }
 
-/** Checks that the mesh fills the frame with almost no gaps, which the backdrop closes. */
+/** Checks that the mesh leaves almost no gaps in the frame, and that the backdrop closes all of them. */
 async function assertNextToNoGaps(page) {
     const { width, height } = await frameOf(page);
     const share = (await countGaps(page, false)) / (width * height);
@@ -80,7 +80,7 @@ async function assertNextToNoGaps(page) {
     assert.equal(await countGaps(page, true), 0);
 }
 
-/** Checks that no pixel shows the clear color, at all places. Prints the largest number of pixels that show it without the backdrop. */
+/** Checks that no pixel shows the clear color at any position. Prints the largest number of such pixels without the backdrop. */
 async function assertNoGaps(page, where = places) {
     let largest = 0;
     for (const place of where) {
@@ -149,7 +149,7 @@ await test("on an upright screen, the photo's center of interest is visible", em
     await press(page, "fit");
     await assertInSight("filled again");
     await page.setViewportSize({ width: 844, height: 390 });
-    assertNear(await whiteShare(), ofWhole, 0.01, "on a lying screen");
+    assertNear(await whiteShare(), ofWhole, 0.01, "share of the sheet on a landscape screen");
     await page.setViewportSize({ width: 390, height: 844 });
     await assertInSight("after the phone has been turned");
 });
@@ -219,7 +219,7 @@ await test("when the mouse leaves, the viewer returns to rest", opened(), async 
     assert.deepEqual((await settle(page)).reach, { right: 0, up: 0, forward: 0 });
 });
 
-await test("moving the mouse looks around, and near surfaces move against it", opened(), async (page) => {
+await test("moving the mouse moves the viewpoint, and near surfaces move in the opposite direction", opened(), async (page) => {
     const middle = await hover(page, 0, 0);
     assertNear(middle.reach.right, 0, 0.01, "right");
     const before = await picture(page);
@@ -344,7 +344,7 @@ await test("f and a button enter and leave full screen", opened(), async (page) 
     await page.waitForFunction(() => !document.fullscreenElement);
 });
 
-await test("a hint explains once how to look around, beside the photo if there is room", opened({ isBare: false, size: { width: 844, height: 390 } }), async (page) => {
+await test("a hint, which appears only once, explains how to look around, beside the photo if there is space", opened({ isBare: false, size: { width: 844, height: 390 } }), async (page) => {
     await page.evaluate(() => localStorage.clear());
     await page.reload();
     await waitUntilDrawn(page);
@@ -402,7 +402,7 @@ await test("a finger drags the scene within the limits; when it lifts, the viewe
 // Stops the clock, so that the neutral orientation does not adapt on slow machines.
 const timeless = "Object.defineProperty(Event.prototype, 'timeStamp', { get: () => 0 });";
 
-await test("turning the device shows the scene from the side of its nearer edge", opened({ scripts: [timeless] }), async (page) => {
+await test("when the device is turned, the viewpoint moves toward the edge of the device that comes nearer", opened({ scripts: [timeless] }), async (page) => {
     await hover(page, 0, 0);
     await turnDevice(page, 0, 60, 0);
     await settle(page);
@@ -418,11 +418,12 @@ await test("turning the device shows the scene from the side of its nearer edge"
     await assertParallax(page, before, { right: -1, up: 0 });
     await turnDevice(page, 0, 60, 80);
     const end = await settle(page);
-    assertNear(Math.hypot(end.reach.right, end.reach.up), 1, 1e-3, "the distance from the middle");
+    assertNear(Math.hypot(end.reach.right, end.reach.up), 1, 1e-3, "distance of the viewpoint from the center");
     assert.equal(end.visibility, 1);
 });
 
-// Like iOS, sends no orientation before the permission, and grants it only while a user's tap is handled. Its answer is `window.answer`.
+// Like iOS, sends no orientation events before the user permits them, and allows the request only during a tap. The user's response is
+// `window.answer`.
 const askingScript = `
     Object.defineProperty(navigator, "maxTouchPoints", { get: () => 5 });
     addEventListener("deviceorientation", (event) => window.isAllowed || event.stopImmediatePropagation(), true);
@@ -447,7 +448,7 @@ for (const answer of ["granted", "denied"])
         };
         assert.ok(await button.isVisible());
         assertNear(await look(12), 0, 0.01, "right");
-        assert.equal(await page.evaluate(() => window.requests), 0, "the page asks for nothing by itself");
+        assert.equal(await page.evaluate(() => window.requests), 0, "the page requests no permission by itself");
         await button.click();
         assert.equal(await page.evaluate(() => window.requests), 1);
         assert.ok(await button.isHidden());
@@ -494,7 +495,7 @@ const contextScript = `
         if (kind === "webgl2" && context) window.contexts.push(context);
         return context;
     };`;
-await test("the photo reappears after the graphics card has lost all data", () => openPhoto(context, croppedPage, { ...still, scripts: [contextScript, clearColorScript] }), async (page) => {
+await test("the photo reappears after the graphics card loses all data", () => openPhoto(context, croppedPage, { ...still, scripts: [contextScript, clearColorScript] }), async (page) => {
     await goTo(page, { right: -1, up: 0 });
     const before = await picture(page);
     await page.evaluate(() => window.contexts[0].getExtension("WEBGL_lose_context").loseContext());
@@ -531,7 +532,7 @@ await test("a headset shows two views, and head motion moves the viewer by the s
     betweenEyes(home).forEach((value) => assertNear(value, 0, 0.02, "where the photo was taken"));
     const canvas = await picture(page, "canvas >> nth=0");
     const halves = [await desk.half(canvas, "left"), await desk.half(canvas, "right")];
-    for (const half of halves) assert.ok((await desk.brightness(half)) > 10, "both eyes see something");
+    for (const half of halves) assert.ok((await desk.brightness(half)) > 10, "the pictures of both eyes are not black");
     const alike = await desk.psnr(halves[0], halves[1]);
     assert.ok(alike < 35, `each eye sees its own picture: ${alike} dB`);
 
@@ -554,7 +555,7 @@ await test("a headset shows two views, and head motion moves the viewer by the s
     assert.ok((await desk.psnr(await picture(page), flat)) > 40, "back on the screen");
 });
 
-await test("without a photo, the headset's button says so and starts no session", empty({ ...still, scripts: headsetScripts }), async (page) => {
+await test("without a photo, the headset button shows a message and starts no session", empty({ ...still, scripts: headsetScripts }), async (page) => {
     const asked = await page.evaluate(async () => {
         let sessions = 0;
         navigator.xr.requestSession = () => (sessions += 1);
@@ -589,7 +590,7 @@ await test("a headset that tracks only rotation uses a neck model", opened({ scr
 
 // Files
 
-await test("without a photo, the viewer asks for one, and shows a dropped GLB", empty(still), async (page) => {
+await test("without a photo, the viewer prompts for one, and it shows a dropped GLB", empty(still), async (page) => {
     assert.match(await page.locator("#empty").innerText(), /Drop a 3D photo/);
     await drop(page, "my photo.glb", glb);
     await waitUntilDrawn(page);
@@ -622,7 +623,7 @@ await test("a page with a compressed photo, its texture in WebP, shows the photo
     assert.ok((await stat(join(top, "out/sample_compressed.html"))).size < (await stat(samplePage)).size - 50_000);
 });
 
-await test("a full-size photo on several textures appears as one", () => openPhoto(context, join(top, "out/sample_full.html"), still), async (page) => {
+await test("a full-size photo on several textures looks like the photo", () => openPhoto(context, join(top, "out/sample_full.html"), still), async (page) => {
     const psnr = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
     console.log(`        ${psnr.toFixed(1)} dB`);
     assert.ok(psnr > 26, `${psnr} dB`); // silhouettes have a third of the resolution
@@ -637,14 +638,14 @@ for (const name of ["sample", "sample_full"])
         assert.ok(psnr > 25, `${psnr} dB`);
     });
 
-await test("users can choose a file, even one without a camera", empty(still), async (page) => {
+await test("users can open a GLB file, even one without a camera", empty(still), async (page) => {
     await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(croppedGlb) });
     await waitUntilDrawn(page);
     const psnr = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
     assert.ok(psnr > 20, `${psnr} dB`); // the mesh ends within about a pixel of the photo's border
 });
 
-await test("a blurred picture of the photo fills holes in a mesh", empty({ ...seenStill, size: { width: 640, height: 800 } }), async (page) => {
+await test("the backdrop, a blurred picture of the photo, fills holes in a mesh", empty({ ...seenStill, size: { width: 640, height: 800 } }), async (page) => {
     await drop(page, "holes.glb", withHoles(glb, 40));
     await waitUntilDrawn(page);
     const closed = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
@@ -674,7 +675,7 @@ for (const density of [1, 3])
         const screen = await devtools.send("Page.captureScreenshot", { format: "png" });
         const edge = await desk.leftEdge(screen.data);
         console.log(`        ${edge.width.toFixed(2)} pixels of the screen wide, ${edge.levels} levels`);
-        // At most one pixel: an enlarged picture would have wider edges, and no antialiasing would have none.
+        // The edge is about one pixel wide. An enlarged picture would have wider edges, and a picture without antialiasing sharp ones.
         assert.ok(edge.levels >= 3 && edge.width > 0.5 && edge.width < 1.5, JSON.stringify(edge));
     });
 

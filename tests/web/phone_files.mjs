@@ -1,4 +1,4 @@
-// Writes JPEG files with depth inside, like phones. tests/io/phone_files.hpp writes the same formats.
+// Writes JPEG files that contain a depth map, in the formats of phones. tests/io/phone_files.hpp writes the same formats.
 
 import { deflateSync } from "node:zlib";
 
@@ -82,6 +82,6 @@ export function withAppleDepth(photo, depthJpeg) {
             Buffer.concat([bigEndian(0, 4), bigEndian(depth.length, 4), bigEndian(at, 4), bigEndian(0, 4)]),
         ]);
     const length = withSegments(photo, segment(0xe2, list(0))).length;
-    const origin = 2 + 4 + 4; // bytes before the origin of positions: the file's first marker; marker and length of the segment; "MPF"
+    const origin = 2 + 4 + 4; // bytes before the origin of positions: the file's first marker, the marker and length of the segment, and "MPF"
     return Buffer.concat([withSegments(photo, segment(0xe2, list(length - origin))), depth]);
 }

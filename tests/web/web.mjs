@@ -17,7 +17,7 @@ const top = join(here, "../..");
 const program = process.env.PROGRAM ?? join(top, "build/photo3d/examples/photo3d");
 const onePage = pathToFileURL(join(top, "build/web/photo3d.html")).href;
 const site = join(top, "build/web/site");
-const made = join(top, "out/web"); // files and pictures of the tests
+const made = join(top, "out/web"); // input and output files of the tests
 await mkdir(made, { recursive: true });
 const sample = join(top, "examples/photo3d/sample.jpg");
 const sampleBytes = await readFile(sample);
@@ -79,8 +79,8 @@ async function assertEqualsProgram(page, name) {
     const ours = await convert(page, name, await readFile(join(made, name)), true);
     const [expected, found] = [contentOf(glb), contentOf(ours.glb)];
     assert.deepEqual(found.rest, expected.rest);
-    assert.deepEqual(found.numbers, expected.numbers, "positions, texture coordinates, indices: every byte");
-    assert.equal(await differentPixels(page, found.image, atlas), 0, "pixels of the texture");
+    assert.deepEqual(found.numbers, expected.numbers, "bytes of positions, texture coordinates and indices");
+    assert.equal(await differentPixels(page, found.image, atlas), 0, "number of different texture pixels");
     return ours;
 }
 
@@ -142,7 +142,7 @@ for (const kind of ["chromium", "firefox"]) {
     const open = (options) => () => openPage(browser, onePage, options);
     const openShared = async () => (shared ??= await openPage(browser, onePage));
 
-    await test(`${kind}: one file, opened by double click, turns a photo into a 3D photo that moves on its own`, open(), async (page) => {
+    await test(`${kind}: the page as a single local file converts a photo to a 3D photo that moves on its own`, open(), async (page) => {
         await page.screenshot({ path: join(made, `${kind}_empty.png`) });
         const result = await choose(page, sample);
         assert.equal(result.error, undefined);
@@ -153,7 +153,7 @@ for (const kind of ["chromium", "firefox"]) {
             return { width, height, isPastFrame, stages };
         });
         assert.deepEqual([photo.width, photo.height, photo.isPastFrame], [1152, 1536, true]);
-        assert.equal(Object.keys(photo.stages).length, 10, "every stage reports");
+        assert.equal(Object.keys(photo.stages).length, 10, "number of stages that report their time");
         assert.deepEqual(page.requests, [], "no requests");
     });
 
@@ -188,7 +188,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.equal(facts.depthSource, "the right half");
     });
 
-    await test("the page uses depth inside phone photos, like the program: GDepth, Dynamic Depth, Apple's format", openShared, async (page) => {
+    await test("like the program, the page uses depth maps inside phone photos: GDepth, Dynamic Depth, Apple's format", openShared, async (page) => {
         // A slope with a box in front of it.
         const map = grayPng(64, 48, (y, x) => Math.round(20 + y) + (Math.abs(y - 32) < 12 && Math.abs(x - 24) < 10 ? 120 : 0));
         const mapJpeg = Buffer.from(await jpegOf(page, map), "base64");
@@ -207,7 +207,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.equal(meshes.size, 3, "the three formats are read as different depth");
     });
 
-    await test("for a photo with unusable depth inside, the page prints the reason and estimates depth", openShared, async (page) => {
+    await test("if the depth map inside a photo is unusable, the page states the reason and estimates depth", openShared, async (page) => {
         const map = grayPng(64, 48, () => 7);
         const { facts, glb } = await convert(page, "sample.jpg", withGdepth(sampleBytes, map, "Upside"), true);
         assert.match(facts.depthSource, /GDepth: expected RangeInverse or RangeLinear, found Upside/);
@@ -215,13 +215,13 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual(contentOf(glb).numbers, contentOf(plain.glb).numbers);
     });
 
-    await test("the single file, which has no HEIC reader, explains how to convert a HEIC photo", openShared, async (page) => {
+    await test("the page as a single file has no HEIC reader and explains how to convert a HEIC photo", openShared, async (page) => {
         const heic = Buffer.concat([Buffer.from("\0\0\0\x18ftypheic\0\0\0\0mif1heic", "latin1"), Buffer.alloc(100)]);
         const message = await page.evaluate(
             (bytes) => window.photo3d.converter.convert(Uint8Array.from(bytes), "IMG_1.HEIC", () => {}).then(() => "no message", (failure) => failure.message),
             [...heic],
         );
-        assert.match(message, /^IMG_1\.HEIC: expected .* or another that this browser reads, found .*HEI[CF].*, which this page reads only if it comes from a server: open the page from a server, or save the photo as JPEG \(unsupported\)$/);
+        assert.match(message, /^IMG_1\.HEIC: expected .* or another format that this browser reads, found .*HEI[CF].*, which this page reads only when opened from a server: open the page from a server, or save the photo as JPEG \(unsupported\)$/);
     });
 
     await test("the page converts formats that only the browser reads", openShared, async (page) => {
@@ -261,7 +261,7 @@ async function testsOfChromium(browser, open, openShared) {
         }
     });
 
-    await test("the page saves the GLB, a page whose photo moves on its own, and a video", open({ width: 480, height: 640 }), async (page) => {
+    await test("the page saves a GLB, an HTML page whose photo moves on its own, and a video", open({ width: 480, height: 640 }), async (page) => {
         await choose(page, sample);
         await page.evaluate(() => {
             window.saved = [];
@@ -323,7 +323,7 @@ async function testsOfChromium(browser, open, openShared) {
             "Cutting the surfaces", "Packing the texture", "Building the mesh", "Writing the file", "Opening the 3D photo",
         ]);
         const values = progress.map(([, value]) => value);
-        assert.deepEqual(values, [...values].sort((a, b) => a - b), "the bar never goes back");
+        assert.deepEqual(values, [...values].sort((a, b) => a - b), "the progress bar never moves back");
         assert.equal(values.at(-1), 1);
     });
 
@@ -385,7 +385,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual(await findings(), []);
     });
 
-    await test("the converter needs at most 150 MB, and no more after many photos", open(), async (page) => {
+    await test("the converter uses at most 150 MB of memory, even after many photos", open(), async (page) => {
         const heaps = [];
         for (let i = 0; i < 4; ++i) await convert(page, "sample.jpg", sampleBytes);
         for (let i = 0; i < 6; ++i) heaps.push((await convert(page, "sample.jpg", sampleBytes)).facts.heap);
@@ -408,7 +408,7 @@ async function testsOfChromium(browser, open, openShared) {
     });
 
     const isolating = await serve(site, isolation);
-    await test("on a server that isolates it, the page uses threads and makes the same bytes", () => openPage(browser, isolating.address), async (page) => {
+    await test("on a server that isolates the page, the page uses threads and writes the same bytes", () => openPage(browser, isolating.address), async (page) => {
         assert.ok(await hasAllThreads(page));
         const alone = await openPage(browser, onePage);
         assert.equal((await alone.evaluate(() => window.photo3d.converter.ready)).threads, 1);
@@ -418,7 +418,7 @@ async function testsOfChromium(browser, open, openShared) {
         }
         await alone.close();
         const { error } = await choose(page, join(made, "cut.png"));
-        assert.match(error, /cut\.png/, "errors pass from threads to the page");
+        assert.match(error, /cut\.png/, "an error in a thread reaches the page");
     });
     await isolating.stop();
 
@@ -436,7 +436,7 @@ async function testsOfChromium(browser, open, openShared) {
         const { error } = await choose(page, join(made, "cut.heic"));
         assert.equal(error.replaceAll("\n", "\\x0A"), messageOfProgram("cut.heic"), "the program escapes the line ends of libheif's messages");
         await page.evaluate(() => navigator.serviceWorker.ready);
-        await page.reload(); // now the service worker answers, and caches the reader
+        await page.reload(); // now the service worker responds, and caches the reader
         assert.equal((await choose(page, join(made, "plain.heic"))).error, undefined);
         await withHeic.stop();
         await page.reload();

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Tests the library for Windows, compiled with MinGW and run under Wine: the unit tests that need only the standard library, and a
-# conversion, which must write the same bytes as on Linux with every instruction set of this processor. Installs missing packages. Ends
-# with "N passed, N failed".
+# Compiles the library for Windows with MinGW and tests it under Wine. Runs the unit tests that need only the standard library, and a
+# conversion. The conversion must write the same bytes as on Linux, with every instruction set of this processor. Installs missing packages.
+# Ends with "N passed, N failed".
 #
 #   tests/windows/run.sh [FOLDER/TEST...]     only these tests, such as core/graph
 set -euo pipefail
@@ -85,7 +85,7 @@ compare_conversion() {
 }
 
 count_step "Wine starts" "$wine64" cmd /c "exit 0"
-count_step "the tests compile for Windows" compile_all
+count_step "the unit tests compile for Windows" compile_all
 for file in "${tests[@]}"; do
     count_step "$file under Wine" run_test "$file"
 done
@@ -94,8 +94,8 @@ if [ "$#" = 0 ]; then
     rm -f "$build"/*.glb
     sets=$(sets_under_wine)
     for isa in ${sets:-scalar}; do
-        count_step "a conversion with a depth map, $isa under Wine" compare_conversion map "$isa"
-        count_step "a conversion with the depth network, $isa under Wine" compare_conversion network "$isa"
+        count_step "a conversion with a depth map and $isa has the same bytes under Wine" compare_conversion map "$isa"
+        count_step "a conversion with the depth network and $isa has the same bytes under Wine" compare_conversion network "$isa"
     done
 fi
 

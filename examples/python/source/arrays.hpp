@@ -1,4 +1,5 @@
-// Converts between NumPy arrays and ldi's images and buffers without copies. Arguments that do not fit raise short errors.
+// Converts between NumPy arrays and ldi's images and buffers without copies. For an argument of the wrong type or shape, an
+// error states the expected and the actual ones.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -87,7 +88,7 @@ inline py::array numbers_of(const py::handle& object, std::string_view kinds, co
     throw py::type_error(name + ": expected " + expected + ", found " + found);
 }
 
-/// Same as numbers_of(), but the numbers must be bytes.
+/// Same as numbers_of(), but the array must have the type uint8.
 inline py::array_t<std::uint8_t> bytes_of(const py::handle& object, const std::string& name, const std::string& expected) {
     const py::array array = numbers_of(object, "u", name, expected);
     if (!py::isinstance<py::array_t<std::uint8_t>>(array))
@@ -113,7 +114,8 @@ image_view<const T> view_of(py::array_t<T>& array, std::size_t channels, const s
     return {array.data(), static_cast<std::size_t>(array.shape(0)), static_cast<std::size_t>(array.shape(1)), channels, stride};
 }
 
-/// Views an H x W x 3 photo without a copy. Raises TypeError, mismatch.
+/// Views an H x W x 3 photo of uint8. Copies the photo only if the pixels of a row are not contiguous. Raises TypeError,
+/// mismatch.
 class photo_argument {
 public:
     photo_argument(const py::handle& object, const std::string& name)
@@ -138,7 +140,7 @@ inline image<float> map_of(const py::handle& object, const std::string& name) {
     return image<float>(view_of(array, 1, name, expected));
 }
 
-/// Copies a column of a pickle, which must have exactly this type and shape. Raises invalid_data.
+/// Copies a column of a pickle. Raises invalid_data unless the column has N x `columns` values of type T.
 template <class T>
 buffer<T> column_of(const py::handle& object, std::size_t columns, const char* name) {
     const py::array array = py::array::ensure(object);
@@ -152,7 +154,7 @@ buffer<T> column_of(const py::handle& object, std::size_t columns, const char* n
     return buffer<T>(packed.data(), packed.data() + packed.size());
 }
 
-/// Copies an image of a pickle. Raises invalid_data.
+/// Copies an image of a pickle. Raises invalid_data or mismatch unless the image has H x W x `channels` values of type T.
 template <class T>
 image<T> image_of(const py::handle& object, std::size_t channels, const char* name) {
     py::array any = py::array::ensure(object);

@@ -63,12 +63,12 @@ void add_columns(Class& to) {
     add("right", "K int32: index of the right neighbor, -1 for none", &graph::right);
     add("up", "K int32: index of the neighbor above, -1 for none", &graph::up);
     add("down", "K int32: index of the neighbor below, -1 for none", &graph::down);
-    add_view(to, "color", "K x 3 uint8: red, green, blue; undefined where known is 0, until they are inpainted",
+    add_view(to, "color", "K x 3 uint8: red, green, blue; undefined where known is 0, until these pixels are inpainted",
              [](const py::object& self, const type& v) { return array_over(self, v.layers.template column<color_column>(), 3); });
     add_view(to, "disparity", "K float32, in [0, 1], larger is nearer", [](const py::object& self, const type& v) {
         return array_over(self, v.layers.template column<disparity_column>());
     });
-    add_view(to, "known", "K uint8: 1 where the photo gives the color, 0 where it is inpainted",
+    add_view(to, "known", "K uint8: 1 where the color is the photo's, 0 where it is inpainted",
              [](const py::object& self, const type& v) { return array_over(self, v.layers.template column<known_column>()); });
     const auto add_fact = [&](const char* name, const char* meaning, auto read) {
         to.def_property_readonly(name, read, meaning);
@@ -130,12 +130,13 @@ void add_layers(py::module_& module) {
     add_columns(layers);
     layers.def_property_readonly(
         "margin", [](const layers_value& v) { return v.margin; },
-        "pixels on each side beyond the photo: (margin, margin) is its top left pixel; 0 unless surfaces go on past its border");
+        "width in pixels of the area around the photo: (margin, margin) is the photo's top left pixel; 0 if surfaces end at its "
+        "border");
     add_pickle(layers, &layers_from);
 }
 
 void add_charts(py::module_& module) {
-    py::class_<chart> one(module, "Chart", "A part of the layers that lies in one piece in the atlas.");
+    py::class_<chart> one(module, "Chart", "A part of the layers that the atlas contains as one piece.");
     one.def_readonly("x", &chart::x, "left end of its bounding box in the photo")
         .def_readonly("y", &chart::y, "top of its bounding box in the photo")
         .def_readonly("width", &chart::width, "width of its bounding box in pixels")
@@ -239,7 +240,8 @@ void add_networks(py::module_& module) {
                  const py::gil_scoped_release unlocked;
                  return std::make_shared<tiefenrausch>(decode_tiefenrausch(bytes, named));
              }),
-             py::arg("weights"), py::arg("name") = "weights", "Reads the bytes of a safetensors file; errors call it `name`.");
+             py::arg("weights"), py::arg("name") = "weights",
+             "Reads the bytes of a safetensors file. Error messages refer to the file as `name`.");
     py::class_<farbrausch, std::shared_ptr<farbrausch>>(
         module, "InpaintingNetwork", "A network that colors hidden surfaces; inpainting_network() reads it from a file.")
         .def(py::init([](const py::object& weights, const py::object& name, const py::object& computes_with) {
@@ -250,7 +252,7 @@ void add_networks(py::module_& module) {
                  return std::make_shared<farbrausch>(decode_farbrausch(bytes, named, kind));
              }),
              py::arg("weights"), py::arg("name") = "weights", py::arg("arithmetic") = "float32",
-             "Reads the bytes of a safetensors file; errors call it `name`.");
+             "Reads the bytes of a safetensors file. Error messages refer to the file as `name`.");
 }
 
 void add_functions(py::module_& module) {

@@ -104,7 +104,7 @@ inline std::shared_ptr<charts_value> charts_from(const py::tuple& state) {
     for (std::int32_t pixel = 0; pixel < charts->chart_of.count(); ++pixel) {
         const std::int32_t c = charts->chart_of[pixel];
         if (c < 0 || c >= charts->charts.count())
-            raise(error_code::invalid_data, "pickle", "charts that exist", std::to_string(c));
+            raise(error_code::invalid_data, "pickle", "the index of a chart", std::to_string(c));
         charts->charts[c].pixels.push_back(pixel);
     }
     return charts;

@@ -14,7 +14,8 @@
 
 namespace ldi::python {
 
-/// Layers, charts, atlases and meshes belong together if they have the same identifier, a random number that expand() generates.
+/// Layers, charts, atlases and meshes belong together if they have the same identifier. It is a random number, which photo3d(),
+/// expand() and grow_past_frame() generate.
 using geometry_id = std::uint64_t;
 
 inline geometry_id new_geometry_id() {
@@ -73,7 +74,8 @@ struct photo3d_value {
 template <class... Parts>
 void check_same_geometry(const layers_value& layers, const Parts&... parts) {
     if (((parts.geometry != layers.geometry) || ...))
-        raise(error_code::mismatch, "layers", "layers, charts, atlas and mesh made from one result of expand()",
+        raise(error_code::mismatch, "layers",
+              "layers, charts, atlas and mesh made from one result of expand() or grow_past_frame()",
               "parts made from different results");
 }
 

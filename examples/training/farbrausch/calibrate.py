@@ -1,13 +1,13 @@
 """Finds the value ranges for 8-bit arithmetic on training photographs.
 
-Every tensor between two layers is rounded to 256 even steps. They span the tensor's extremes on the photographs times a factor; values
-outside are clipped. In decoders, clipping costs far more than coarse steps. With the ranges of minimum mean square error, the 8-bit result
-for a phone photo with strong contrasts has a PSNR of 40 dB relative to float32; with 1.5 times the extremes, it has 48 dB and more, while
-other photos lose 2 of 55 dB (weights of 7,822 steps). In encoders, few values are near the extremes, and finer steps are better: a factor
-of 0.75 gains 1 to 4 dB over 1.5.
+Every tensor between two layers is rounded to 256 even steps. The steps cover the range from the tensor's minimum to its maximum on the
+photographs, times a factor. Values outside are clipped. In decoders, clipping causes far larger errors than coarse steps do. With the
+ranges of minimum mean square error, the 8-bit result for a phone photo with strong contrasts has a PSNR of 40 dB relative to float32. With
+1.5 times the extremes, it has 48 dB or more, while other photos lose 2 of 55 dB (weights after 7,822 steps). In encoders, few values are
+near the extremes, and finer steps are better: a factor of 0.75 gains 1 to 4 dB over 1.5.
 
-The extremes cover only values that the library computes. Decoders are trained inside holes only; far from holes, their values are large
-and meaningless, and the library never computes them.
+The extremes are those of the values that the library computes. Decoders are trained inside holes only; far from holes, their values are
+large and meaningless, and the library never computes them.
 """
 import os
 
@@ -24,7 +24,7 @@ FACTORS = {"encoder": 0.75, "decoder": 1.5}
 
 
 def crops(folder, count, size, seed):
-    """Returns (image, known, exists) of `count` photographs."""
+    """Returns (image, known, exists): `count` random crops of `size` x `size` pixels with random holes, as in data.to_tensors()."""
     rng = np.random.default_rng(seed)
     names = data.training_names(folder)
     photos = []

@@ -11,16 +11,16 @@ import masks
 
 # Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.4, "fakeprof": 0.4, "fauna": 0.6, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5}
-SHRUNK_MASKS = 0.25  # share of masks that are shrunk, so that a crop shows a larger part of them
+SHRUNK_MASKS = 0.25  # share of masks that are shrunk, so that a crop contains a larger part of the mask
 OWN_HOLES = 0.5  # share of crops with holes behind their own surfaces, among those with known disparity
-OWN_MOTION = 20, 90  # range of parallax between disparity 1 and 0 in these crops, in pixels
-VALIDATION_EVERY = 32  # one in this number of training photographs is held out for validation
+OWN_MOTION = 20, 90  # range of the parallax between disparity 1 and disparity 0 in these crops, in pixels
+VALIDATION_EVERY = 32  # one in VALIDATION_EVERY photographs is held out for validation
 
 
 def names_of(folder):
     names = sorted(f for f in os.listdir(folder) if f.lower().endswith((".jpg", ".jpeg", ".png")))
     if not names:
-        raise SystemExit(f"no photographs in {folder}")
+        raise SystemExit(f"{folder}: expected .jpg, .jpeg or .png files, found none")
     return names
 
 
@@ -53,8 +53,7 @@ def crop_of(rng, image, size):
 
 
 def vary_color(rng, crop):
-    """Applies random gamma, gain and balance, by one table per channel; random saturation; sometimes a permutation of the channels, so that
-    no hue is typical of a subject."""
+    """Applies random gamma, gain, balance and saturation, and sometimes permutes the channels, so that no hue is typical of a subject."""
     if rng.random() < 0.25:
         crop = crop[:, :, rng.permutation(3)]
     if rng.random() < 0.5:
@@ -77,7 +76,7 @@ def labels_of(rng, bank, size):
     while True:
         labels = bank[rng.integers(len(bank))]
         full = labels.shape[0]
-        # mostly at original scale, so that bands have the width that expand() produces
+        # masks mostly keep their scale, so that the holes have the width that expand() produces
         side = rng.integers(size, full + 1) if full > size and rng.random() < SHRUNK_MASKS else min(size, full)
         y, x = rng.integers(full - side + 1), rng.integers(full - side + 1)
         labels = labels[y:y + side, x:x + side]

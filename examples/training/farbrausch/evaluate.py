@@ -3,8 +3,8 @@
     python3 evaluate.py --photos PHOTOS --weights checkpoint.pt [--sheets FOLDER] [--count 200]
     python3 evaluate.py --photos PHOTOS --weights farbrausch.safetensors --inpaint PROGRAM ...
 
-With --inpaint (inpaint.cpp, compiled), the row "Farbrausch" shows the library's result including texture, and a further row the network
-alone in PyTorch. Without it, the table has only the latter.
+With --inpaint (the compiled inpaint.cpp), the row "Farbrausch" shows the library's result with texture, and another row shows the network
+alone in PyTorch. Without --inpaint, the row "Farbrausch" shows the network alone.
 
 Columns, inside the holes: PSNR, SSIM and, with --lpips, LPIPS (averages over the pictures), mean absolute color error (0 to 255), error
 of a hole's mean color (a hole is one connected component), mean gradient magnitude relative to the truth's, and the distance between the
@@ -26,7 +26,7 @@ import masks
 from model import Farbrausch
 
 SIZE = 256
-WIDTHS = (16, 32, 64)  # bounds between the classes of the second table, in pixels
+WIDTHS = (16, 32, 64)  # limits between the classes of hole widths in the second table, in pixels
 
 
 def cases(folder, count):
@@ -92,10 +92,10 @@ def library(program, path):
             process.stdin.write(np.array(labels.shape, "<i4").tobytes() + image.tobytes() + labels.tobytes())
             process.stdin.flush()
         except BrokenPipeError:
-            raise SystemExit(f"{program} ended")
+            raise SystemExit(f"{program}: expected a filled picture, found the end of the output")
         filled = process.stdout.read(image.size)
         if len(filled) != image.size:
-            raise SystemExit(f"{program} ended")
+            raise SystemExit(f"{program}: expected a filled picture, found the end of the output")
         return np.frombuffer(filled, np.uint8).reshape(image.shape)
     return fill
 
@@ -121,8 +121,8 @@ def gradient_magnitudes(picture, hole):
 
 
 def width_classes(index):
-    """Returns per pixel the width class of its hole, from the holes' labels: 0 for less than WIDTHS[0] pixels. A hole's width is the diameter
-    of the largest disk inside it."""
+    """Returns the width class of each pixel's hole; class 0 is below WIDTHS[0] pixels. A hole's width is the diameter of the largest disk
+    inside it. index: number of each pixel's hole, 0 outside of holes."""
     widths = np.zeros(index.max() + 1)
     for i in range(1, len(widths)):
         widths[i] = 2 * cv2.distanceTransform(np.pad((index == i).astype(np.uint8), 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE).max() - 1
@@ -216,7 +216,7 @@ def main():
         print(f"\nfarbrausch {decibels.pop('Farbrausch') - max(decibels.values()):+.2f} dB")
         if a.sheets:
             os.makedirs(a.sheets, exist_ok=True)
-            # Ranks fills by their lead over Telea's method; ranked by PSNR, the easiest holes would be the best fills.
+            # Ranks fills by their lead over Telea's method. A ranking by PSNR would only show which holes are easy.
             lead = np.array([ours["psnr"] - other["psnr"] for ours, other in zip(results["Farbrausch"], results["Telea"])])
             order = np.argsort(lead)
             columns = [results["Telea"], results["Farbrausch"]]

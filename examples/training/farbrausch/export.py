@@ -1,4 +1,5 @@
-"""Writes trained weights as a safetensors file that the library loads, and prints how far the file's results differ.
+"""Writes trained weights as a safetensors file that the library loads, and prints the difference between the file's results and the trained
+network's.
 
     python3 export.py --checkpoint FOLDER/checkpoint.pt --photos PHOTOS --out farbrausch.safetensors [--type float16|float32]
 
@@ -80,7 +81,7 @@ def main():
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "farbrausch", "architecture": json.dumps(architecture()), "provenance": json.dumps(provenance(a.photos, state, a.note))})
 
-    # On this picture of odd size, where all pixels exist, operators for images and for layered depth images agree.
+    # A picture of odd size on which all pixels exist, so operators for images and for layered depth images have the same result.
     generator = torch.Generator().manual_seed(1)
     image = torch.rand(1, 3, 7, 9, generator=generator)
     image = torch.nn.functional.interpolate(image, (75, 97), mode="bilinear", align_corners=False)

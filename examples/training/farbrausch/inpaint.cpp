@@ -1,4 +1,4 @@
-// Inpaints with the library, for evaluate.py: reads pictures with holes from the standard input until its end, and writes each
+// Inpaints with the library, for evaluate.py. Reads pictures with holes from the standard input until it ends, and writes each
 // filled picture to the standard output.
 //
 //   inpaint WEIGHTS.safetensors

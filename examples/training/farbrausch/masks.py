@@ -1,11 +1,11 @@
 """Holes behind silhouettes, as label images: 0 known, 1 hole (to be inpainted), 2 does not exist.
 
-Draws a random foreground shape. The surface behind it expands inward from its outline by a reach, as in the LDI stage (paper,
-"Occluded Surface Hallucination"): this band is the hole. In the rest of the shape, the background has no pixels ("does not exist").
-A shape narrower than twice the reach is entirely a hole.
+Draws a random foreground shape. The surface behind the shape expands inward from the outline by a random distance, the reach, as expand()
+does (paper, "Occluded Surface Hallucination"). This band is the hole. In the rest of the shape, the background has no pixels ("does not
+exist"). A shape narrower than twice the reach is entirely a hole.
 
-Alternatively, `covered` uses the photograph's own foreground: the area that it covers when the camera moves is the hole; the foreground
-itself counts as "does not exist".
+Alternatively, `covered` uses the photograph's own foreground. The background pixels that the foreground covers when the camera moves are
+the hole. The foreground itself counts as "does not exist".
 """
 import cv2
 import numpy as np
@@ -59,7 +59,7 @@ def strokes(rng, size):
 
 
 def figure(rng, size):
-    """Draws a person, the most common foreground: head, trunk and limbs, on the lower border or cut by it."""
+    """Draws a person, the most common foreground: head, trunk and limbs. The picture's lower border may cut the legs."""
     shape = np.zeros((size, size), np.uint8)
     scale, x, foot = rng.uniform(0.25, 1.0) * size, rng.uniform(0.15, 0.85) * size, rng.uniform(0.75, 1.4) * size
 
@@ -87,7 +87,8 @@ def foreground(rng, size):
 
 
 def draw(rng, size=256):
-    """Returns a label image of size x size pixels. The reach refers to 256 pixels and scales with the size."""
+    """Returns a label image of size x size pixels. The reach, the depth of the band in the shape, is 8 to 50 pixels at size 256 and grows
+    in proportion to `size`."""
     while True:
         shape = foreground(rng, size)
         if rng.random() < 0.3:

@@ -8,8 +8,8 @@ windows around a pixel, stride-2 coarsening that keeps the even pixels, and near
 0 and 1, go with an image:
 
     exists  1 where the sheet has a pixel. The surface in front of a hole is a separate sheet of a layered depth image, without links
-            to the hole, so the network must not read it. Pixels with 0 are not read at any scale.
-    known   1 where the photograph has the color; 0 in the hole and where `exists` is 0
+            to the hole, so the network must not read its pixels. The network reads pixels with 0 at no scale.
+    known   1 where the photograph shows the pixel's color; 0 in holes and where `exists` is 0
 
 README.md states every step as arithmetic on a layered depth image.
 """
@@ -26,7 +26,7 @@ GROWTH = 4  # pixels by which the coarsest level's colors grow into its unknown 
 
 
 def upsample(x, like):
-    """Repeats every pixel in a 2 x 2 block and crops to the size of `like` (coarsening keeps the last row and column of an odd size)."""
+    """Repeats every pixel in a 2 x 2 block, and crops the result to the size of `like`, which may be odd."""
     x = F.interpolate(x, scale_factor=2, mode="nearest")
     return x[:, :, :like.shape[2], :like.shape[3]]
 
@@ -44,8 +44,8 @@ def window_sum(x, stride):
 
 
 def average(values, mask, exists, stride=1):
-    """Returns (average, mask): per 3x3 window, the average of the pixels where the mask is 1, per channel, and whether there is such a pixel;
-    a partial convolution with weights 1/9. Values must be zero where the mask is zero."""
+    """Computes a partial convolution with weights 1/9. Returns (average, mask): for each 3x3 window, the average per channel of the pixels
+    whose mask is 1, and 1 if there is such a pixel, else 0. Values must be zero where the mask is zero."""
     count = window_sum(mask, stride)
     valid = (count > 0.5).to(values) * exists
     return window_sum(values, stride) * (valid / count.clamp(min=1)), valid
@@ -91,8 +91,8 @@ def smooth_fills(image, known, exists):
 class PartialConvolution(nn.Module):
     """out = W (x . m) * (C k^2 / sum m) + b, then normalization and activation; zero where no pixel exists.
 
-    The mask m is existence; a hole has values from the start. So sum m > 0 wherever a pixel exists (the window holds the pixel
-    itself), the mask does not change from layer to layer, and the ratio depends on the graph alone.
+    The mask m is existence, because holes have values from the start. The window of an existing pixel contains the pixel itself, so sum m >
+    0. The mask does not change from layer to layer, and the ratio C k^2 / sum m depends only on the graph.
     """
 
     def __init__(self, c_in, c_out, kernel, stride=1, normalize=True, leak=None):
@@ -139,7 +139,7 @@ class Farbrausch(nn.Module):
             self.decoder.append(PartialConvolution(previous + c_in[i], c_out, 3, normalize=i > 0, leak=LEAK if i > 0 else None))
             previous = c_out
         with torch.no_grad():
-            self.decoder[-1].weight.mul_(0.1)  # an untrained network hardly changes the fill
+            self.decoder[-1].weight.mul_(0.1)  # so that an untrained network hardly changes the fill
 
     def residual(self, x, exists):
         """Returns the correction to add to the fill. x: B x INPUTS x H x W, zero where nothing exists."""
@@ -152,7 +152,7 @@ class Farbrausch(nn.Module):
         y = skips[-1]
         for j, layer in enumerate(self.decoder):
             i = LEVELS - 1 - j
-            # zero for pixels without a coarse pixel
+            # 0 for pixels whose coarse pixel does not exist
             above = upsample(existing[i + 1], existing[i]) * existing[i]
             y = layer([(upsample(y, existing[i]) * existing[i], above), (skips[i], existing[i])], existing[i])
         return y

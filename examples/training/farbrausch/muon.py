@@ -1,6 +1,6 @@
-"""Muon: momentum with orthogonalized steps, for the weights of matrices and convolutions (K. Jordan and others, "Muon: An
-optimizer for hidden layers in neural networks", 2024); Adam for the other weights. Step lengths match Adam's (J. Liu and others,
-"Muon is Scalable for LLM Training", 2025), so that one learning rate serves both.
+"""The Muon optimizer: momentum with orthogonalized updates, for the weights of matrices and convolutions (K. Jordan and others, "Muon: An
+optimizer for hidden layers in neural networks", 2024). Adam updates the other weights. Muon's step length matches Adam's (J. Liu and
+others, "Muon is Scalable for LLM Training", 2025), so that both use the same learning rate.
 """
 import math
 
@@ -25,9 +25,10 @@ def orthogonalized(matrix, dtype):
 class Muon(torch.optim.Optimizer):
     def __init__(self, parameters, lr, momentum=0.95, decay=0.2, betas=(0.9, 0.99), eps=1e-8, dtype=torch.bfloat16):
         """
-        decay  weight decay of the matrices. Steps of fixed length make weights grow. Before a normalization, their size has no effect, but
-               steps rotate larger weights less. Decay balances both.
-        dtype  type of the matrix products
+        decay  weight decay of the matrices, times the learning rate per step. Steps of fixed length make weights grow. The size of weights
+               before a normalization has no effect on the result, but a step changes the direction of larger weights less. Decay
+               limits their size.
+        dtype  data type of the matrix products
         """
         super().__init__(parameters, {"lr": lr, "momentum": momentum, "decay": decay, "betas": betas, "eps": eps})
         self.dtype = dtype

@@ -1,4 +1,7 @@
-"""Draws the training curves from the log. python3 plot.py FOLDER/log.tsv curve.png"""
+"""Draws the training curves from the log.
+
+    python3 plot.py FOLDER/log.tsv curve.png
+"""
 import csv
 import sys
 

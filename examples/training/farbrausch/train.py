@@ -36,13 +36,13 @@ CALIBRATION_BATCHES = 20
 
 
 def losses(y, image, known, exists):
-    """Returns the terms of the loss, each a scalar. They cover pixels in holes, since the library never uses the network's values at known
-    pixels; the gradient term also covers the rims of holes, where the known side has no error."""
+    """Returns the terms of the loss, each a scalar. They cover pixels in holes, because the library never uses the network's values at
+    known pixels. The gradient term also covers the rims of holes, with an error of 0 on the known side."""
     hole = exists * (1 - known)
     area = hole.sum((1, 2, 3)).clamp(min=1)
     error, terms = (y - image) * hole, {}
     terms["hole"] = ABSOLUTE_WEIGHT * error.abs().sum() / (3 * area.sum())
-    # The logarithm gives easy holes (sky) the same weight as hard ones. Apart from sign and scale, its average is the mean PSNR.
+    # The logarithm gives easy holes (sky) the same weight as hard ones. Except for sign, scale and offset, this term is the mean PSNR.
     terms["decibel"] = DECIBEL_WEIGHT * torch.log((error ** 2).sum((1, 2, 3)) / (3 * area) + 1e-4).mean()
     gradient, weight = 0.0, exists
     for scale in range(GRADIENT_SCALES):
@@ -84,8 +84,9 @@ def validate(net, batches):
 
 @torch.no_grad()
 def continue_from(net, path, batches):
-    """Loads an exported file, whose normalization is folded in. Inserts a new normalization into each layer without changing the layer's
-    output: its scale and shift are the standard deviation and the mean of the layer's output on the batches."""
+    """Loads an exported file, in which normalization is folded into the weights. Inserts a new normalization into each layer without
+    changing the layer's output. The scale and shift of the normalization are the standard deviation and the mean of the layer's output on
+    the batches."""
     for (_, layer), (_, folded) in zip(export.layers(net), export.layers(export.network_of(path))):
         layer.weight.copy_(folded.weight)
         if layer.norm is None:
@@ -136,7 +137,7 @@ class Run:
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
         self.optimizer.load_state_dict(state["optimizer"])
-        for group in self.optimizer.param_groups:  # replaces the options of the run that wrote the checkpoint with this run's
+        for group in self.optimizer.param_groups:  # uses the options of this run, not those stored in the checkpoint
             group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 

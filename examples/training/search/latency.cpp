@@ -5,7 +5,7 @@
 // Input: {"name": {"height": H, "width": W, "channels": C, "operators": [[kind, first input, second input, kernel, stride or
 // factor, outputs], ...]}, ...}; kinds as in nn/dense/quantized_weights.hpp. Output: {"isa": name, "milliseconds": {"name": time,
 // ...}}. Each of the ROUNDS rounds (default 5) measures every network once. A network's result is the minimum of its processor
-// times, because other programs can only add to them.
+// times, because interference by other programs can only increase them.
 
 #include <ldi/base/executor.hpp>
 #include <ldi/nn/dense/quantized_network.hpp>
@@ -27,7 +27,7 @@
 
 namespace {
 
-constexpr double min_milliseconds = 2;  // minimum duration of one measurement
+constexpr double min_milliseconds = 2;  // minimum processor time of one measurement
 
 struct candidate {
     std::string name;

@@ -1,4 +1,4 @@
-"""Trains members of the design space (space.py) briefly; their errors train the predictor.
+"""Trains members of the design space (space.py) briefly. The predictor is fitted to their errors.
 
     python3 members.py --photos FOLDER --estimate PROGRAM --teacher FILE.safetensors --out FOLDER [--depth RGBD_FOLDER]...
 
@@ -24,7 +24,7 @@ from estimator import Estimator
 from losses import aligned_error, losses
 
 SIZE, BATCH, RATE, WARM_UP = (64, 96), 4, 3e-3, 10
-REPEATED = 3  # training runs of the shipped member from different initial weights; their spread is the noise of one run
+REPEATED = 3  # number of training runs of the shipped member from different initial weights, to measure the noise of one run
 
 
 def labeled(folder, program, teacher, count):
@@ -83,7 +83,8 @@ def trained(member, batches, seed):
 
 
 def sampled(count):
-    """Returns the members to train: the shipped one, and every 20th of 20 * `count` random ones, sorted by number of multiplications."""
+    """Returns the members to train: the shipped one, and `count` random ones. Draws 20 times as many, sorts them by number of
+    multiplications, and keeps every 20th."""
     rng = np.random.default_rng(1)
     drawn = sorted((space.random_member(rng) for _ in range(20 * count)), key=lambda m: model.costs(ops=space.built(m).operators)[1])
     chosen = drawn[10::20]

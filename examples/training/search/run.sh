@@ -5,9 +5,9 @@
 #
 #   search/run.sh [--quick] [OPTION_OF_members.py...]     --quick: a smoke test, results in build/search_quick
 #
-# Writes full results (latency.json, members.json, result.json, pareto.png) to this folder. If members.json exists, adds to it only the
-# results that it lacks. Reads photos/train, rgbd_train, rgbd_train_more and tiefenrausch in the folder SHARED (default: ../shared beside
-# the repository).
+# Without --quick, writes the results (latency.json, members.json, result.json, pareto.png) to this folder. If members.json exists, trains
+# only members that it lacks, and adds their results. Reads photos/train, rgbd_train, rgbd_train_more and tiefenrausch in the folder SHARED
+# (default: ../shared beside the repository).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../../.." && pwd)

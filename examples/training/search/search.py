@@ -69,7 +69,8 @@ def features(member):
 
 
 def error_of(result):
-    """Returns the mean of a training run's two errors: on held-out photographs, and on pictures with measured depth (may be missing)."""
+    """Returns the mean of a training run's errors on held-out photographs and on pictures with measured depth. The second may be
+    missing."""
     return result["error"] if result["measured_error"] is None else (result["error"] + result["measured_error"]) / 2
 
 

@@ -1,4 +1,4 @@
-"""The design space: networks built from the paper's TR blocks and dense blocks, around the shipped network (tiefenrausch_small/model.py).
+"""The design space: networks of TR blocks (as in the paper) and dense blocks, around the shipped network (tiefenrausch_small/model.py).
 
 A member is one network of the space: a tuple of choices, one per gene. A block's signature (kind, inputs, outputs, expansion, stride, height,
 width) is its key in the latency table.
@@ -128,8 +128,8 @@ def alone(signature):
 
 
 def all_signatures():
-    """Returns the signatures of all blocks in the space. A block depends on few genes, so this varies only the genes of one block at a time, in
-    all combinations."""
+    """Returns the signatures of all blocks in the space. A block depends on only a few genes, so this function varies the genes of one
+    block at a time, in all combinations."""
     found = {}
 
     def add(**changes):

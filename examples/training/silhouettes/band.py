@@ -9,7 +9,7 @@ MAX_STEP = 0.02      # maximum step of disparity between neighbors on one surfac
 MIN_STEP = 0.06      # minimum step between front and back for a band
 SIDES_RADIUS = 4     # front and back are the extremes within this distance of a curve, in pixels
 BAND_RADIUS = 12     # maximum distance from a curve at which alpha is defined, in pixels
-REGION_RADIUS = 16   # maximum distance at which the network computes
+REGION_RADIUS = 16   # maximum distance from a curve at which the network computes, in pixels
 CHANNELS = 8
 
 
@@ -28,7 +28,7 @@ class Depth:
         size = np.dtype(dtype).itemsize * int(np.prod(shape))
         data = self.process.stdout.read(size)
         if len(data) != size:
-            raise SystemExit("depth.cpp ended unexpectedly")
+            raise SystemExit("depth: expected a result, found the end of the output")
         return np.frombuffer(data, dtype).reshape(shape)
 
     def __call__(self, photo, given=None):
@@ -46,7 +46,7 @@ class Depth:
 
 
 class Band:
-    """The pixels of a photo beside silhouettes, which the network assigns to a side.
+    """The pixels of a photo beside silhouettes. The network assigns each of them to the front or the back.
 
     distance   H x W, pixels to the nearest curve, 0 on it
     front, back  H x W, disparity of the two sides of the nearest curve
@@ -54,7 +54,7 @@ class Band:
     """
 
     def __init__(self, prepared):
-        """prepared: disparity after resampling and the weighted median"""
+        """prepared: disparity after resampling and the weighted median, H x W"""
         step_x = np.abs(np.diff(prepared, axis=1)) > MAX_STEP
         step_y = np.abs(np.diff(prepared, axis=0)) > MAX_STEP
         curve = np.zeros(prepared.shape, bool)
@@ -77,7 +77,7 @@ class Band:
         self.band, self.region = self.distance <= BAND_RADIUS, self.distance <= REGION_RADIUS
 
     def share(self, disparity):
-        """Returns a map's position between back (0) and front (1), not clamped."""
+        """Returns the position of a disparity map between back (0) and front (1), H x W, not clamped."""
         return (disparity - self.back) / np.maximum(self.front - self.back, MIN_STEP)
 
     def features(self, photo, estimated):

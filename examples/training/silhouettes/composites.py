@@ -1,5 +1,5 @@
-"""Composites with known silhouettes: shapes and objects from photographs, pasted over other photographs with exact alpha and the true
-disparity of two or three sheets; and this disparity with the typical errors of depth networks."""
+"""Composites with known silhouettes: shapes and objects from photographs, pasted over other photographs with exact alpha. Computes the true
+disparity of the two or three sheets, and degrades it with the typical errors of depth networks."""
 import math
 import os
 
@@ -34,7 +34,7 @@ def strokes(rng, mask, roots, directions, length, thick):
 
 
 def shape(rng, size):
-    """Returns (mask at SUPER times the size, kind)."""
+    """Returns (mask of a random shape, 0 or 255, at SUPER times the size; kind)."""
     h, w = (s * SUPER for s in size)
     n, m = min(h, w), np.zeros((h, w), np.uint8)
     kind = str(rng.choice(KINDS))
@@ -131,11 +131,11 @@ class Composites:
         return (t[:, ::-1] if rng.random() < 0.5 else t).astype(np.float32), i
 
     def cutout(self, size):
-        """Returns a random object, randomly placed, as (colors, mask at SUPER times the size). None if its photograph has almost no object."""
+        """Returns a random object, randomly placed, as (colors, mask at SUPER times the size). None if the mask has almost no object."""
         rng, (h, w) = self.rng, size
         name = self.cutouts[int(rng.integers(len(self.cutouts)))]
         p, mask = self.photos[self.index[name]], cv2.imread(os.path.join(self.masks_folder, name + ".png"), cv2.IMREAD_GRAYSCALE)
-        mask = cv2.erode(mask, np.ones((5, 5), np.uint8))  # shrinks the mask away from the old background
+        mask = cv2.erode(mask, np.ones((5, 5), np.uint8))  # removes the rim, which may show the old background
         ys, xs = np.nonzero(mask > 128)
         if len(ys) < 400:
             return None
@@ -166,7 +166,8 @@ class Composites:
                 return colors, alpha, kind
 
     def composite(self, size):
-        """Returns (photo uint8, weights of the sheets (S x H x W, farthest first, sum 1), kinds of the pasted sheets joined by +)."""
+        """Returns (photo H x W x 3 uint8; weights of the sheets S x H x W, farthest first, with sum 1; kinds of the pasted objects, joined
+        by +)."""
         rng = self.rng
         image, index = self.texture(size)
         if rng.random() < 0.3:
@@ -199,10 +200,10 @@ class Composites:
         return image, np.stack(sheets), "+".join(kinds)
 
     def disparity(self, weights, min_step=0.12, fading=0.0):
-        """Returns the true disparity of the opaque sheets: each is a gentle slope, sometimes with a smaller step inside.
+        """Returns a true disparity for opaque sheets. Each sheet is a gentle slope, sometimes with a smaller step inside.
 
         min_step  minimum step between neighboring sheets
-        fading    share of the pasted sheets that slope down to the sheet behind them in one direction, like objects on the ground
+        fading    share of the pasted sheets that slope down to the sheet behind in one direction, like objects on the ground
         """
         rng, size = self.rng, weights.shape[1:]
         y, x = np.mgrid[-0.5:0.5:size[0] * 1j, -0.5:0.5:size[1] * 1j].astype(np.float32)
@@ -256,19 +257,20 @@ class Composites:
         return (np.round(np.clip(d, 0, 1) * 255) / 255).astype(np.float32)
 
 
-OUTSIDE, CONTEXT, LABELED, NO_STEP = 0, 1, 2, 3  # states of a pixel: not in the region; no label; alpha known; no true step at this curve
+OUTSIDE, CONTEXT, LABELED, NO_STEP = 0, 1, 2, 3  # states: outside the region; no label; alpha known; curve is no true step
 
 
 def labels(band, weights, all_steps_known, radius=10, min_excess=0.15):
     """Returns (alpha H x W, state H x W). alpha is each pixel's share of the front surface of its nearest curve.
 
-    A sheet has a share of the pixels on either side of a curve. The curve's front sheet is the one whose share on the front side exceeds
-    its share on the back side most; the back sheet is found in reverse. Sheets nearer than the front sheet count as front, sheets farther
-    than the back sheet as back; pixels of sheets between them have no label.
+    Each sheet has a share of the pixels on the front side and on the back side of a curve. The curve's front sheet is the one whose share
+    of the front side most exceeds its share of the back side. The back sheet is found in the same way, with the sides exchanged. Sheets
+    nearer than the front sheet count as front, and sheets farther than the back sheet count as back. Pixels of sheets between the two have
+    no label.
     weights          S x H x W, share of each sheet in each pixel, farthest sheet first
     all_steps_known  whether the disparity has steps only between sheets
     radius           half the width of the windows in which shares are counted, in pixels
-    min_excess       minimum difference of both shares; pixels beside other curves have no label
+    min_excess       minimum difference between a sheet's two shares; pixels beside other curves have no label
     """
     state = np.where(band.region, CONTEXT, OUTSIDE).astype(np.uint8)
     alpha = np.zeros(state.shape, np.float32)

@@ -3,7 +3,7 @@
     python3 cutouts.py --photos PHOTOS --masks MASKS --out FOLDER
 
 MASKS is a folder with masks.py, u2netp.param and u2netp.bin (U2Netp, Apache-2.0). Writes NAME.png, 8 bits, for every photograph with a
-confident mask. Lists finished photographs in FOLDER/seen.txt, and skips those listed.
+confident mask. Lists finished photographs in FOLDER/seen.txt, and skips the photographs that the file already lists.
 """
 import argparse
 import glob
@@ -16,8 +16,8 @@ import torch
 
 SIDE = 320  # input size of U2Netp
 MIN_SHARE, MAX_SHARE = 0.04, 0.8  # range of the object's share of the photograph
-MAX_DOUBT = 0.2  # maximum share of the mask that is neither 0 nor 1
-MEAN, SPREAD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # of the colors with which U2Netp was trained, per channel
+MAX_DOUBT = 0.2  # maximum number of doubtful pixels (50 to 205 of 255), relative to the object's pixels
+MEAN, SPREAD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # mean and standard deviation of the colors in U2Netp's training, per channel
 
 
 def main():

@@ -2,11 +2,11 @@
 //
 //   depth STUDENT.safetensors
 //
-// Reads from the standard input until its end, per photo: height and width of the photo, rows and columns of a disparity map
-// (int32; 0 and 0: the network estimates a map); the photo's bytes (height x width x 3); the map (rows x columns float32, in [0,
-// 1], 1 is nearest). Writes to the standard output, per photo: rows and columns (int32) and values (float32) of the map, then
-// three maps of height x width float32: the map sharpened and resampled; the same after the weighted median; and after alignment
-// with the photo's edges and removal of middle components (make_photo3d() lifts this last map).
+// Reads from the standard input until it ends, per photo: height and width of the photo, rows and columns of a disparity map
+// (int32; 0 and 0: the network estimates a map); the photo's bytes (height x width x 3); the map (rows x columns float32, in
+// [0, 1], 1 is nearest). Writes to the standard output, per photo: rows and columns (int32) and values (float32) of the map,
+// then three maps of height x width float32: the map sharpened and resampled; the same after the weighted median; and after
+// alignment with the photo's edges and removal of middle components (make_photo3d() lifts this last map).
 
 #include <ldi/io/weight_files.hpp>
 #include <ldi/photo3d.hpp>

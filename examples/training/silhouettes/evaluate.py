@@ -4,7 +4,7 @@
         [--photos PHOTOS --cutouts FOLDER] [--pairs RGBD] [--count 60] [--sheets FOLDER]
 
 Evaluates composites of photographs that were not used in training, with mildly, moderately and strongly degraded disparity and with the depth
-network's estimate; and photographs with true depth. Counts only pixels of the band with known truth.
+network's estimate; and photographs with true depth. Counts only pixels of the band whose true side is known.
 """
 import argparse
 import json
@@ -21,7 +21,7 @@ from model import padded
 
 LEVELS = (("mild", 0.0, 0.33), ("medium", 0.33, 0.66), ("strong", 0.66, 1.0), ("depth network", None, None))
 SIZE = (384, 512)
-MIN_PIXELS = 200, 500  # minimum number of counted pixels: per composite, per photograph
+MIN_PIXELS = 200, 500  # minimum number of counted pixels per composite and per photograph
 MIN_ISLAND = 24
 
 
@@ -47,7 +47,8 @@ def without_islands(alpha, wanted):
 
 
 def grabcut(share, photo, radius=8):
-    """Runs OpenCV's GrabCut. Pixels within `radius` of the border between the sides are unknown to it."""
+    """Runs OpenCV's GrabCut. GrabCut decides only pixels within `radius` of the border between the sides. share: initial share of the
+    front, H x W."""
     front, k = (share > 0.5).astype(np.uint8), bands.disk(radius)
     sure_front, sure_back = cv2.erode(front, k) > 0, cv2.dilate(front, k) == 0
     if sure_front.sum() < 20 or sure_back.sum() < 20:
@@ -135,7 +136,8 @@ def true_sides(entry, folder, size):
 
 
 def agrees(share, true):
-    """Finds pixels where estimate and truth have the same step: their correlation in windows of 25 pixels is above 0.6."""
+    """Returns a mask of the pixels where estimate and truth have the same step: their correlation in windows of 25 x 25 pixels exceeds
+    0.6."""
     def mean(t):
         return cv2.blur(t, (25, 25))
     spread = (mean(share * share) - mean(share) ** 2) * (mean(true * true) - mean(true) ** 2)
@@ -181,8 +183,8 @@ def add(lists, values):
 
 
 def windows(disparity, radius=20, least=0.06):
-    """Returns (band, share of the front) as an earlier prototype found them, for a comparison: the band is where the disparity steps by at
-    least `least` in a square window, sharply or not."""
+    """Returns (band, share of the front) of an earlier prototype, for comparison. Its band contains all pixels around which the disparity
+    changes by more than `least` in a square window, whether sharply or not."""
     def box(change, r):
         return change(disparity, np.ones((2 * r + 1, 2 * r + 1), np.uint8), borderType=cv2.BORDER_REPLICATE)
     low, high = (cv2.blur(box(change, radius), (radius + 1, radius + 1), borderType=cv2.BORDER_REPLICATE) for change in (cv2.erode, cv2.dilate))

@@ -1,11 +1,12 @@
-"""Writes trained weights as a safetensors file that the library can load, and checks that the file's network computes the same.
+"""Writes trained weights as a safetensors file that the library can load. Prints the difference between the file's results in 8 bits and
+the checkpoint's.
 
     python3 export.py --checkpoint FOLDER/final.pt --photos PHOTOS --out silhouettes.safetensors [--data DATA] [--example FILE]
 
 The file has NAME.weight (out x in x 3 x 3) and NAME.bias of every convolution in model.LAYERS, as float16, with the normalization folded in.
-For 8-bit arithmetic, it also has input.range and NAME.range of every tensor that a layer reads. A checkpoint trained with rounded values
-contains these ranges; others need DATA, an output folder of prepare.py. The file's weights are not rounded to 8 bits, so that training can
-resume from it; the library rounds them.
+For 8-bit arithmetic, it also has input.range and NAME.range of every tensor that a layer reads. A checkpoint that was trained with rounded
+values contains these ranges. For other checkpoints, DATA must be an output folder of prepare.py. The weights in the file are not rounded to
+8 bits, so that training can resume from the file. The library rounds them.
 """
 import argparse
 import hashlib

@@ -25,7 +25,7 @@ LAYERS = (
 
 
 class Rectified(torch.autograd.Function):
-    """ReLU inside the region, zero outside; one pass has half the memory traffic of two operations."""
+    """ReLU inside the region, zero outside. This single pass has half the memory traffic of two operations."""
 
     @staticmethod
     def forward(ctx, x, region):
@@ -39,7 +39,7 @@ class Rectified(torch.autograd.Function):
 
 
 class Layer(nn.Module):
-    """A 3 x 3 convolution; all but the last with batch normalization and ReLU. Values outside the region are zero."""
+    """A 3 x 3 convolution. All layers but the last have batch normalization and ReLU, and set values outside the region to zero."""
 
     def __init__(self, name, inputs, outputs, stride):
         super().__init__()
@@ -83,8 +83,8 @@ class Silhouettes(nn.Module):
         """Returns N x 2 x H x W: logits of alpha and of the probability that alpha's side is right.
 
         x        N x CHANNELS x H x W, 0 outside the region
-        region   N x 1 x H x W, 0 or 1. Level i + 1 keeps the pixels of level i with even x and y
-        observe  function that receives, and may replace, every tensor that a layer reads"""
+        region   N x 1 x H x W, 0 or 1; level i + 1 keeps the pixels of level i with even x and y
+        observe  function (name, tensor) -> tensor that may replace every tensor that a layer reads"""
         regions, values = [region], {"input": observe("input", x)}
         for _ in range(3):
             regions.append(regions[-1][:, :, ::2, ::2].contiguous())
@@ -105,5 +105,5 @@ class Silhouettes(nn.Module):
 
 
 def padded(x, multiple=8):
-    """Pads H x W with zeros at the end to multiples."""
+    """Pads H and W with zeros at the end to multiples of `multiple`."""
     return F.pad(x, (0, -x.shape[-1] % multiple, 0, -x.shape[-2] % multiple))

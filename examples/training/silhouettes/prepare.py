@@ -4,9 +4,9 @@
     python3 prepare.py ... --real --pairs RGBD --pairs RGBD
 
 Writes two crops per composite: one with degraded true disparity, one with the depth network's estimate. With --real, cuts the crops from
-unchanged photographs: true depth or object masks label pixels a few pixels away from silhouettes, where depth and masks are reliable.
-DATA/NNNNN.npy holds CROPS x 10 x SIDE x SIDE bytes: the network's input (band.py, 8 bits), alpha, and the state of the label
-(composites.py).
+unchanged photographs. There, labels come from true depth or object masks, and only pixels at a distance of a few pixels from silhouettes
+have labels, because depth and masks are unreliable at silhouettes. DATA/NNNNN.npy contains CROPS x 10 x SIDE x SIDE bytes: the network's
+input (band.py, 8 bits), alpha, and the state of the label (composites.py).
 """
 import argparse
 import glob
@@ -21,7 +21,7 @@ import composites
 import evaluate
 
 SIDE = 96
-MARGIN = 8          # border of a crop: input of the network, but without labels
+MARGIN = 8          # width of a crop's border, which the network reads but which has no labels
 CROPS_PER_FILE = 256
 MAX_PER_MAP = 6     # crops per disparity map
 MIN_LABELED = 300  # minimum number of labeled pixels per crop
@@ -33,7 +33,7 @@ SIZES = ((384, 512), (512, 384), (352, 480), (448, 448), (336, 448))
 
 
 def crops_of(rng, x, alpha, state, wrong):
-    """Yields crops around random labeled pixels; in half of them the prepared disparity is wrong at that pixel."""
+    """Yields crops around random labeled pixels. For half of the crops, chooses a pixel with wrong prepared disparity."""
     height, width = state.shape
     packed = np.concatenate([bands.quantized(x), np.rint(alpha * 255).astype(np.uint8)[None], state[None]])
     free = state == composites.LABELED
@@ -57,7 +57,7 @@ def crops_of(rng, x, alpha, state, wrong):
 
 
 def coarser(rng, estimated):
-    """Shrinks the estimate, so that the photo has more pixels per sample, like a larger photo."""
+    """Shrinks the estimate, so that the photo has more pixels per depth sample, as a larger photo would."""
     shrink = rng.uniform(1.2, 3.5)
     size = (max(8, round(estimated.shape[1] / shrink)), max(8, round(estimated.shape[0] / shrink)))
     return cv2.resize(estimated, size, interpolation=cv2.INTER_AREA)

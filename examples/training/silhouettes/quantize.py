@@ -53,8 +53,8 @@ def network_of(path):
 
 
 def in_bytes(net, ranges):
-    """Returns (network with rounded weights, function that rounds its values); together they compute what the library does. Neither rounds
-    if `ranges` is empty."""
+    """Returns (network with rounded weights, function that rounds the network's values). With this function as `observe`, the network
+    computes the same as the library. Without `ranges`, nothing is rounded."""
     if not ranges:
         return net, lambda name, value: value
     with rounded_weights(net, ranges):
@@ -84,7 +84,8 @@ class RoundAway(Round):
 
 @contextlib.contextmanager
 def rounded_weights(net, ranges):
-    """Inside this context, layers use weights rounded to 7 bits, and gradients reach the unrounded weights."""
+    """Within this context, layers use weights rounded to 7 bits, and gradients apply to the unrounded weights. ranges: see value_ranges();
+    if empty, the weights are not rounded."""
     if not ranges:
         yield
         return

@@ -30,12 +30,12 @@ from muon import Muon  # noqa: E402
 
 WARM_UP = 200  # steps
 SOFT_WEIGHT, GRADIENT_WEIGHT, DOUBT_WEIGHT = 2.0, 0.7, 0.1
-FILES_PER_BATCH = 4  # several, because one file has crops of few photographs
+FILES_PER_BATCH = 4  # more than one, because each file has crops of only a few photographs
 SAVE_SECONDS, LOOK_SECONDS, SNAPSHOT_SECONDS = 120, 300, 1800
 
 
 class Crops:
-    """Crops of all files in folders, including files that appear during training."""
+    """Crops of all files in the given folders, including files that prepare.py adds during training."""
 
     def __init__(self, folders):
         self.folders, self.files = folders, {}
@@ -69,7 +69,7 @@ class Crops:
 
 
 def tensors(crops):
-    """Converts bytes of prepare.py to (input, alpha, state), each N x C x S x S."""
+    """Converts crops of prepare.py (N x 10 x S x S bytes) to (input, alpha, state), each N x C x S x S."""
     t = torch.from_numpy(np.array(crops))
     return (t[:, :8].float() - 128) / 127, t[:, 8:9].float() / 255, t[:, 9:10]
 
@@ -96,8 +96,8 @@ def losses(logits, alpha, state):
 
 @torch.no_grad()
 def validate(net, batches, observe):
-    """Returns percentages over the labeled pixels: (pixels that the network puts on the wrong side, the same for the prepared disparity,
-    mean error of alpha)."""
+    """Returns percentages over the labeled pixels: (pixels that the network assigns to the wrong side, pixels that the prepared disparity
+    assigns to the wrong side, mean absolute error of alpha)."""
     wrong, before, error, pixels = 0.0, 0.0, 0.0, 0.0
     for x, alpha, state in batches:
         known = (state == composites.LABELED).float()
@@ -134,7 +134,7 @@ class Run:
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
         self.optimizer.load_state_dict(state["optimizer"])
-        for group in self.optimizer.param_groups:  # replaces the options of the run that wrote the checkpoint with this run's
+        for group in self.optimizer.param_groups:  # uses the options of this run, not those stored in the checkpoint
             group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 

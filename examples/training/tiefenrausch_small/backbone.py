@@ -1,11 +1,11 @@
-"""Reads the features that training starts from: MobileNet V2 trained on ImageNet, from a quantized TFLite file.
+"""Reads the initial features of the training: MobileNet V2 trained on ImageNet, from a quantized TFLite file.
 
     tf2_mobilenet_v2_1.0_224_ptq.tflite of github.com/google-coral/test_data (Apache-2.0): 8 bits, normalization folded in
 
 In that file every output channel has its own scale; the library's 8-bit networks have one scale for all weights of a layer. Channels with
-small weights would lose precision, so weights are first moved between the layers of a block. This changes nothing as long as the
-activation in between is a ReLU: relu(s x) = s relu(x) for s > 0 (Nagel et al., Data-Free Quantization Through Weight Equalization and Bias
-Correction, ICCV 2019). MobileNet V2 also clips its activations at 6; this network does not, and training compensates.
+small weights would lose precision, so weights are first moved between the layers of a block. This does not change the results as long as
+the activation in between is a ReLU: relu(s x) = s relu(x) for s > 0 (Nagel et al., Data-Free Quantization Through Weight Equalization and
+Bias Correction, ICCV 2019). MobileNet V2 also clips its activations at 6; this network does not, and training compensates.
 """
 import numpy as np
 import torch
@@ -17,7 +17,7 @@ DTYPES = {9: np.int8, 2: np.int32}  # TFLite's TensorType
 
 
 class Fields(Table):
-    """A table of a flatbuffer. Fields are numbered as in TFLite's schema (tensorflow/lite/schema/schema.fbs)."""
+    """A table of a flatbuffer. Field numbers are those of TFLite's schema (tensorflow/lite/schema/schema.fbs)."""
 
     def at(self, field):
         offset = self.Offset(4 + 2 * field)

@@ -23,8 +23,8 @@
 
 namespace {
 
-/// Collects the tensors of a weight file, in the order of the calls of add(). Writes values in this machine's byte order; the
-/// format requires little-endian, which all supported machines have.
+/// Collects the tensors of a weight file, in the order of the calls of add(). Writes values in this machine's byte order. The
+/// format requires little-endian, and all supported machines are little-endian.
 class weight_file {
 public:
     template <class Scalar>

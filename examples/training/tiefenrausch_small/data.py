@@ -12,8 +12,8 @@ import shapes
 
 # Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
-                 "depth": 2.0, "scene": 0.5}  # photographs with measured depth; ray-cast scenes
-VALIDATION_EVERY = 32  # one in this number of photographs is held out for validation
+                 "depth": 2.0, "scene": 0.5}  # "depth": photographs with measured depth; "scene": ray-cast scenes
+VALIDATION_EVERY = 32  # one in VALIDATION_EVERY photographs is held out for validation
 PASTED = 0.45  # share of the crops with a pasted foreground
 WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # input shapes that the library uses
 GRAY = np.array([0.299, 0.587, 0.114], np.float32)
@@ -47,8 +47,9 @@ class Library:
 
 
 def view_of(rng, height, width, out_height, out_width, least):
-    """Returns a random part (top, left, height, width) of a photograph, in fractions of its sides. Its aspect ratio is the crop's within
-    20 %; its sides are at least `least` times those of the largest such part."""
+    """Returns a random part (top, left, height, width) of a photograph, in fractions of the photograph's sides. The part's aspect ratio
+    differs from the crop's by at most 20 %. The part's sides are at least `least` times those of the largest part with this aspect
+    ratio."""
     aspect = out_width / out_height * np.exp(rng.uniform(-0.18, 0.18)) * height / width  # fractions of the sides
     h, w = (1.0, aspect) if aspect <= 1 else (1 / aspect, 1.0)
     zoom = rng.uniform(least, 1.0)
@@ -76,7 +77,7 @@ def vary_color(rng, image):
     contrast, saturation, hue = rng.uniform(0.6, 1), rng.uniform(0.6, 1), np.deg2rad(rng.uniform(-25, 25))
     if rng.random() < 0.04:
         saturation = 0.0
-    # one matrix rotates hue about the gray axis and scales saturation toward luma and contrast toward middle gray
+    # one matrix that rotates hue about the gray axis, scales saturation toward luma, and scales contrast toward middle gray
     c, s = np.cos(hue), np.sin(hue) / np.sqrt(3)
     turn = c * np.eye(3) + (1 - c) / 3 + s * np.array([[0, -1, 1], [1, 0, -1], [-1, 1, 0]])
     matrix = contrast * (saturation * np.eye(3) + (1 - saturation) * np.repeat(GRAY[None], 3, 0)) @ turn
@@ -119,7 +120,7 @@ class Photographs:
         return self.train[min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)]
 
     def cutting(self, rng):
-        """Returns a foreground to paste: (color, disparity, opacity 0 to 1) of one size."""
+        """Returns a foreground to paste: (color h x w x 3 uint8; disparity h x w; opacity h x w, 0 to 1)."""
         if self.with_front and rng.random() < 0.6:
             entry = self.with_front[rng.integers(len(self.with_front))]
             front = self.library.front(entry)
@@ -157,7 +158,7 @@ class Photographs:
         return to_tensors(colors, truths)
 
     def calibration(self, rng):
-        """Returns batches of whole photographs' colors, for the ranges of 8-bit tensors."""
+        """Returns batches of colors in the shapes of whole photographs, to measure the ranges of 8-bit tensors."""
         return [self.batch(rng, 4, shape)[0] for shape in WHOLE for _ in range(2)]
 
     def validation_batches(self, size):
@@ -172,7 +173,7 @@ class Photographs:
 
 
 class Ahead:
-    """Prepares batches in a separate thread, a few ahead of the training."""
+    """Prepares batches in a separate thread, a few steps before training needs them."""
 
     def __init__(self, photographs, seed):
         self.photographs, self.rng = photographs, np.random.default_rng(seed)

@@ -1,5 +1,5 @@
-// Runs a depth network with the library, for the Python programs beside it: reads photos from the standard input until its end,
-// and writes their disparity to the standard output.
+// Runs a depth network with the library, for the Python programs in this folder. Reads photos from the standard input until it
+// ends, and writes their disparity to the standard output.
 //
 //   estimate FOLDER_OF_THE_PUBLISHED_NETWORK
 //   estimate STUDENT.safetensors

@@ -14,12 +14,12 @@ class Estimator:
         size = np.dtype(dtype).itemsize * count
         data = self.process.stdout.read(size)
         if len(data) != size:
-            raise SystemExit("the program that runs the network ended")
+            raise SystemExit("estimate: expected a result, found the end of the output")
         return np.frombuffer(data, dtype)
 
     def both(self, photo, resize=True):
-        """photo: H x W x 3 uint8. Returns (the network's raw output H' x W' uint8, disparity H' x W' float32). Without `resize`, H' x W' is
-        H x W, which must be multiples of 32."""
+        """photo: H x W x 3 uint8. Returns (the network's raw output H' x W' uint8, disparity H' x W' float32). Without `resize`, the
+        network processes the photo at its own size: H and W must be multiples of 32, and H' x W' is H x W."""
         self.process.stdin.write(np.array([*photo.shape[:2], resize], "<i4").tobytes() + np.ascontiguousarray(photo).tobytes())
         self.process.stdin.flush()
         height, width = self.read("<i4", 2)

@@ -4,9 +4,9 @@ metrics.py for the measures.
     python3 evaluate.py --pairs RGBD --estimate PROGRAM --convert PROGRAM --published FOLDER --student FILE.safetensors
                         [--checkpoint FOLDER/float.pt] [--sheet SHEET.png] [--each]
 
-PROGRAM are estimate.cpp and convert.cpp, compiled. Both networks run in 8 bits, by the library, and in floating point, with the same
-weights. Prints a table for the unchanged pairs, a table of delta for harder versions, and the line `student -D.DDD delta, edges D.DDD`: the
-student's gain or loss against the published network, both in 8 bits, and the F1 of its edges.
+The programs are the compiled estimate.cpp and convert.cpp. Both networks run in 8 bits, by the library, and in floating point, with the
+same weights. Prints a table for the unchanged pairs, a table of delta for harder versions, and the line `student -D.DDD delta, edges
+D.DDD`: the student's gain or loss against the published network, both in 8 bits, and the F1 of its edges.
 """
 import argparse
 import os
@@ -30,15 +30,15 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from weight_files import read_safetensors  # noqa: E402
 
 LIVING = (3, 8, 10, 12, 13, 15, 17)  # classes of the segmentation: bird, cat, cow, dog, horse, person, sheep
-MAX_PHOTOGRAPHS = 130  # number of evenly spaced photographs per folder that are searched for subjects
+MAX_PHOTOGRAPHS = 130  # maximum number of photographs per folder that are searched for subjects, evenly spaced
 MIN_SUBJECT, MAX_SUBJECT = 0.02, 0.5  # share of the photograph's area
-APART = 0.05  # share of a photograph's range of disparity: the step at which the library separates surfaces
+APART = 0.05  # minimum step at which the library separates surfaces, as a share of a photograph's disparity range
 NOISE = 20  # standard deviation of the noise in the noisy versions, of 255
 
 
 class Floats:
-    """A file's network in floating point. Values are clipped to each tensor's 8-bit range: a network trained in 8 bits relies on
-    this (its ReLU is such a range), and the published network's output differs without it."""
+    """A file's network in floating point. Values are clipped to each tensor's 8-bit range: a network trained in 8 bits relies on clipping
+    (a ReLU is a range that starts at 0), and the published network's output is wrong without clipping."""
 
     def __init__(self, tensors, is_logarithm):
         self.is_logarithm = is_logarithm
@@ -71,14 +71,14 @@ def check_integers(tensors, estimator, name):
     photo = np.random.default_rng(0).integers(0, 256, (64, 96, 3), np.uint8)
     levels = np.rint(photo.astype(np.float32) / np.float32(255) / tensors["scales"][0]) + tensors["zero_points"][0]
     if (Integers(tensors)(np.clip(levels, 0, 255).astype(np.uint8)) != estimator.both(photo, False)[0]).any():
-        raise SystemExit(f"{name}: the library's result differs from exact integers")
+        raise SystemExit(f"{name}: expected the result of exact integers from the library, found a different one")
 
 
 def float_checkpoint(path):
     net = Student().eval()
     state = torch.load(path)
     if state["ranges"]:
-        raise SystemExit(f"{path} is quantized")
+        raise SystemExit(f"{path}: expected a checkpoint in floating point, found one in 8 bits")
     net.load_state_dict(state["average"])
 
     @torch.no_grad()

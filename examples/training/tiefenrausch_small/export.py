@@ -2,7 +2,7 @@
 
     python3 export.py --checkpoint FOLDER/final.pt --data DATA --out tiefenrausch_small.safetensors
 
-Exports any other checkpoint as well, and rounds one that was not yet trained in 8 bits.
+Can export any checkpoint. Rounds a checkpoint that was not yet trained in 8 bits.
 
 Contents of the file (n operators; tensor 0 is the photograph, tensor i + 1 the result of operator i):
 
@@ -70,7 +70,7 @@ class Integers:
 
     def __init__(self, tensors):
         self.t = tensors
-        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # asserts the limits beyond which the library refuses an operator
+        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # asserts the library's limits for operators
             if kind < 2:
                 scale = tensors["scales"][a] * tensors["weight_scales"][i] / tensors["scales"][i + 1]
                 assert 2.0 ** -32 <= scale < 1, (i, scale)
@@ -114,7 +114,7 @@ class Integers:
 
 
 def ranges_of(tensors, ops):
-    """Returns every tensor's quantization from a file; checks that its network consists of `ops`."""
+    """Returns {tensor name: (scale, zero point)} from a file's tensors. Asserts that the file's network consists of `ops`."""
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(ops)}}
     assert len(ops) == len(tensors["operators"])
     for op, row in zip(ops, tensors["operators"]):
@@ -128,8 +128,8 @@ def ranges_of(tensors, ops):
 
 @torch.no_grad()
 def start_from(student, path, photographs):
-    """Sets a model.Student so that it computes the same as an exported file's network, up to rounding. `photographs`, batches of colors,
-    determine the statistics that its normalization must undo."""
+    """Sets a model.Student so that it computes the same as an exported file's network, up to rounding. Measures the statistics of the
+    normalization on `photographs`, which are batches of colors."""
     tensors, _ = read_safetensors(path)
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(student.operators)}}
     statistics = {}

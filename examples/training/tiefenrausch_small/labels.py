@@ -2,17 +2,17 @@
 import cv2
 import numpy as np
 
-LAYOUT, DETAIL = ("192", "256"), "384"  # short sides at which the teacher estimates layout, and edges
+LAYOUT, DETAIL = ("192", "256"), "384"  # short sides at which the teacher estimates layout (first two) and edges (last)
 COARSE_SIGMA = 6.0  # in pixels of the label; coarser structures come from the layout
-AGREEMENT = 0.8  # minimum correlation between the teacher's estimates at its smallest and largest size; below it, they are not used
-FAR, OPEN = -1.2, 0.1  # log disparity of the sky in the published network's estimates; share of such pixels in a landscape
+AGREEMENT = 0.8  # minimum correlation between the teacher's estimates at its smallest and largest size; the label ignores teachers below it
+FAR, OPEN = -1.2, 0.1  # maximum log disparity of the sky in the published network's estimates; minimum share of such pixels in a landscape
 SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # parameters of the weighted median that moves steps to color edges
 LOW, HIGH = 0.5, 99.5  # percentiles of a label that are scaled to the two values of NEAR_FAR
 NEAR_FAR = 0.05, 1.0  # disparity of far and of near surfaces in a label
 
 
 def standardized(disparity):
-    """Scales a map to median 0 and mean deviation 1."""
+    """Shifts and scales a map to a median of 0 and a mean absolute deviation of 1."""
     centered = disparity - np.median(disparity)
     return centered / (np.abs(centered).mean() + 1e-6)
 
@@ -50,7 +50,7 @@ def chosen(teacher, published):
 def snapped(disparity, photo):
     """Moves steps of disparity to color edges by a median that weights each neighbor by color similarity.
 
-    photo H x W x 3 uint8. Keeps values that would change by no more than 8-bit rounding."""
+    photo H x W x 3 uint8. Keeps values that the median would change by no more than 8-bit rounding does."""
     for _ in range(SNAP_ROUNDS):
         low, high = disparity.min(), disparity.max()
         levels = (disparity - low) / max(high - low, 1e-6) * 255

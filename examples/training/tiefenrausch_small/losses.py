@@ -2,8 +2,8 @@
 (Li and Snavely's MegaDepth)."""
 import torch
 
-ANCHOR = 0.1  # weight of the unaligned error. The other losses ignore scale and shift; with them alone, the 8-bit range would be arbitrary
-MIN_SCALE, MAX_SCALE = 0.5, 2.0  # bounds of the result's scale relative to the label; a crop does not show the depth of the whole photograph
+ANCHOR = 0.1  # weight of the unaligned error. The other losses ignore scale and shift, which would make the 8-bit range arbitrary
+MIN_SCALE, MAX_SCALE = 0.5, 2.0  # limits of the result's scale relative to the label (a crop has a smaller depth range than its photo)
 SCALES = 4
 
 

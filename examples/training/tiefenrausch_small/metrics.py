@@ -8,7 +8,7 @@ import numpy as np
 
 FARTHEST = 20.0  # in median distances; larger distances are clamped, in the truth and in the estimate
 EDGE_SIDE = 384  # long side at which edges are detected
-REACH = 4  # distance in pixels of the two values that form an edge, which may be blurred between them; edges within this distance match
+REACH = 4  # distance in pixels between the two values that form an edge, which may be blurred; also the maximum distance of matching edges
 EDGE = 1.15  # minimum ratio of disparities across an edge
 
 
@@ -20,7 +20,7 @@ def read_pairs(folder):
         photo = cv2.cvtColor(cv2.imread(os.path.join(folder, entry["image"]), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
         stored = cv2.imread(os.path.join(folder, entry["map"]), cv2.IMREAD_UNCHANGED).astype(np.float64)
         value = np.where(stored == entry["invalid"], np.nan, stored / entry["scale"])
-        offset = re.search(r"disparity \+ ([0-9.]+)", entry["note"])  # disparity that cropping subtracted
+        offset = re.search(r"disparity \+ ([0-9.]+)", entry["note"])  # disparity that cropping the pictures has subtracted
         disparity = 1 / value if entry["kind"] == "depth" else value + (float(offset[1]) if offset else 0.0)
         yield entry["name"], photo, disparity
 
@@ -71,7 +71,7 @@ def edge_agreement(ours, true, known):
 
 def boundary_agreement(ours, true, known):
     """Returns the scale-invariant boundary F1 of Depth Pro (Bochkovskii et al., 2024): a boundary is a pixel nearer than its neighbor by more
-    than a ratio. The mean over ratios from 1.05 to 1.25, in which each ratio is also the weight of its F1."""
+    than a ratio. The result is the mean over ratios from 1.05 to 1.25, weighted by the ratio."""
     ratios, found = np.linspace(1.05, 1.25, 10), []
     for ratio in ratios:
         precision = recall = 0.0
@@ -111,7 +111,7 @@ def separation(disparity, mask):
 
 
 def compare(disparity, truth):
-    """disparity: h x w, of any size; truth: H x W, NaN where unknown. Returns {measure: value}."""
+    """disparity: h x w, of any size; truth: disparity H x W, NaN where unknown. Returns {measure: value}."""
     known = np.isfinite(truth) & (truth > 0)
     estimate = cv2.resize(disparity.astype(np.float64), truth.shape[::-1], interpolation=cv2.INTER_LINEAR)
     least = np.median(truth[known]) / FARTHEST

@@ -35,7 +35,8 @@ class Builder:
         return name
 
     def inverted_residual(self, name, x, outputs, expansion, stride, normalized=False):
-        """Appends a MobileNet V2 block. Not normalized by default, because the pretrained weights contain the folded normalization."""
+        """Appends a MobileNet V2 block. By default, it has no normalization, because normalization is folded into the pretrained
+        weights."""
         y = x
         if expansion > 1:
             y = self.convolution(name + ".expand", y, self.channels[x] * expansion, relu=True, normalized=normalized)
@@ -81,7 +82,7 @@ def operators():
             y = b.addition(f"merge{level}", skip, y)
         for i in range(RESIDUALS_UP[level]):
             y = b.residual(f"refine{level}.{i}", y)
-    # The second path has no ReLU: with only the ReLU path, disparity was constant where all its channels were 0.
+    # The second path, "direct", has no ReLU. With the ReLU path alone, disparity was constant where all channels after the ReLU were 0.
     detail = b.convolution("detail", b.convolution("last", y, CHANNELS_UP[0], 3, relu=True), 1, 3, normalized=False)
     b.addition("disparity", b.convolution("direct", y, 1, 3, normalized=False), detail)
     return b.operators
@@ -127,7 +128,7 @@ class Student(nn.Module):
 
     def __init__(self, ops=None, logarithmic=False):
         """ops          operators whose last one is named "disparity"; default: operators()
-        logarithmic  whether its result is the logarithm of disparity"""
+        logarithmic  whether the last operator returns the logarithm of disparity"""
         super().__init__()
         self.operators, self.logarithmic = ops or operators(), logarithmic
         self.layers = nn.ModuleDict({key(op.name): Layer(op) for op in self.operators if isinstance(op, Convolution)})

@@ -2,7 +2,8 @@
 
     python3 prepare.py --photos PHOTOS --raw RAW [--depth RGBD_FOLDER]... --out FOLDER
 
-RAW is the output of teachers.py for PHOTOS. The label of photographs with measured depth (folders with manifest.json) is that depth.
+RAW is the output of teachers.py for PHOTOS. For photographs with measured depth (--depth, folders with manifest.json), the label is the
+measured depth.
 """
 import argparse
 import functools
@@ -111,7 +112,7 @@ def main():
     start = time.time()
     sources = [photographs(a.photos, a.raw)] + [measured(folder) for folder in a.depth]
     entries = write(a.out, (item for s in sources for item in s))
-    print(f"{len(entries)} photographs, {sum(e['front'] for e in entries)} with something to cut out, in {time.time() - start:.0f} s")
+    print(f"{len(entries)} photographs, {sum(e['front'] for e in entries)} with an object to cut out, in {time.time() - start:.0f} s")
 
 
 if __name__ == "__main__":

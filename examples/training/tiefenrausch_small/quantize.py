@@ -1,7 +1,7 @@
 """Quantization-aware training of the student in the arithmetic of the library's 8-bit networks.
 
-Every tensor holds integers: 8-bit values minus their zero point. Sums of their products are exact in float32 below 2^24, which few sums
-exceed. Gradients pass through rounding unchanged, and are zero for clipped values. export.py has the same network in exact integers.
+Every tensor holds integers: 8-bit values minus their zero point. Sums of their products are exact in float32 up to 2^24, and few sums are
+larger. Gradients pass through rounding unchanged, and are zero for clipped values. export.py has the same network in exact integers.
 """
 import numpy as np
 import torch
@@ -56,7 +56,8 @@ def weight_quantization(low, high, bits):
 
 
 def best_range(values):
-    """Returns the (low, high) with the minimum 8-bit error: a smaller range clips more, a larger one has coarser steps."""
+    """Returns the (low, high) with the minimum mean square error in 8 bits. A smaller range clips more values; a larger range has coarser
+    steps."""
     low, high = min(values.min().item(), 0.0), max(values.max().item(), 1e-6)
     best = None
     for share in np.linspace(0.3, 1.0, 29):

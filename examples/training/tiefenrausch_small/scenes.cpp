@@ -1,4 +1,5 @@
-// Makes training pictures with exact depth: rooms and squares, drawn by our own ray caster, with photographs as textures.
+// Makes training pictures with exact depth: rooms and public squares, rendered by this project's ray caster, with photographs
+// as textures.
 //
 //   scenes PHOTOS COUNT FOLDER
 //

@@ -1,9 +1,9 @@
-"""Pastes objects in front of a photograph, with a sharp step of disparity around them, so that the network learns silhouettes from exact
-truth."""
+"""Pastes objects in front of a photograph, with a sharp disparity step around them, so that the network learns from silhouettes with
+exactly known disparity."""
 import cv2
 import numpy as np
 
-MIN_STEP, MAX_STEP = 0.04, 0.55  # step of disparity between the covered and the covering surface
+MIN_STEP, MAX_STEP = 0.04, 0.55  # range of the disparity step between the covered and the covering surface
 
 
 def relief(rng, size):
@@ -64,7 +64,7 @@ def paste(rng, color, truth, cutting, disparity, opacity):
     most = np.nanmax(truth)
     if most > 1:
         truth /= most
-    # harmonizes light and contrast of the cutout with its new surroundings
+    # shifts the cutout's mean color toward that of its new surroundings
     place, piece = color[inside].astype(np.float32), cutting[of_cutting].astype(np.float32)
     lean = rng.uniform(0, 0.7)
     piece = piece + lean * (place.mean((0, 1)) - piece[solid].mean(0))

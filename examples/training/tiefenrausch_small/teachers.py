@@ -1,11 +1,11 @@
 """Writes other networks' estimates of photographs, one small file per photograph and network. Resumes an interrupted run.
 
-    python3 teachers.py --photos PHOTOS --out RAW --teacher FOLDER             layout and detail: TCMonoDepth, small (teacher.py in FOLDER)
+    python3 teachers.py --photos PHOTOS --out RAW --teacher FOLDER             layout and detail: TCMonoDepth, small (FOLDER has teacher.py)
     python3 teachers.py --photos PHOTOS --out RAW --published FOLDER --estimate PROGRAM    the published Tiefenrausch, by estimate.cpp
-    python3 teachers.py --photos PHOTOS --out RAW --segmentation FOLDER        objects to cut out: DeepLab v3 (tflite_torch.py in FOLDER)
+    python3 teachers.py --photos PHOTOS --out RAW --segmentation FOLDER        objects to cut out: DeepLab v3 (FOLDER has tflite_torch.py)
 
-PHOTOS is a folder of photographs, or one with a manifest.json. RAW/teacher, RAW/published and RAW/masks hold NAME.npz: maps at a long side
-of 384, keyed by the network's input size.
+PHOTOS is a folder of photographs, with or without a manifest.json. The output files are RAW/teacher/NAME.npz, RAW/published/NAME.npz and
+RAW/masks/NAME.npz. They contain maps with a long side of 384 pixels. The keys are the network's input sizes, or "classes" for masks.
 """
 import argparse
 import json
@@ -21,7 +21,7 @@ from estimator import Estimator
 
 LABEL_SIDE = 384
 SHORT_SIDES = (192, 256, 384)  # input sizes of the teacher
-LONG_SIDES = (224, 288)  # input sizes of the published network, besides its own 384
+LONG_SIDES = (224, 288)  # input sizes of the published network, in addition to 384
 SEGMENTATION_SIDE = 513
 
 

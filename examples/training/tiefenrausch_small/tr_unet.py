@@ -3,8 +3,8 @@
     python3 tr_unet.py --published FILE.safetensors --golden FOLDER [--check-training DATA]
 
 FILE is the published network, written by convert.cpp. FOLDER has photographs, NAME_384x288_rgb.npy, and the results that the published
-network computes for them, NAME_384x288_log_disparity_u8.npy. Loads the weights and prints how far their results differ from these: with
-exact integers, in float, and in the 8 bits of this recipe's training (weights with zero point 128). With --check-training, also trains a few
+network computes for them, NAME_384x288_log_disparity_u8.npy. Loads the weights and prints the differences from these results: with exact
+integers, in float, and in the 8 bits of this recipe's training (weights with zero point 128). With --check-training, also trains a few
 steps in 8 bits on DATA, an output folder of prepare.py.
 
 train.py --network paper trains this network, from random weights or from FILE (--weights).
@@ -85,7 +85,7 @@ def main():
     for path in sorted(glob.glob(os.path.join(a.golden, "*_384x288_rgb.npy")))[:a.photos]:
         photo, golden = np.load(path), np.load(path.replace("rgb", "log_disparity_u8")).squeeze().astype(int)
         color = torch.from_numpy(photo).permute(2, 0, 1)[None].float() / 255
-        if net is None:  # the photograph only initializes normalization, which exporting removes again; results do not depend on it
+        if net is None:  # the photograph only initializes normalization, which is folded into the weights; results do not depend on it
             export.start_from(student, a.published, [color])
             student.eval()
             net = Quantized(ranges, ops=ops, logarithmic=True).take(student)
@@ -102,7 +102,7 @@ def main():
                 clip.remove()
         for name, levels in results.items():
             off = np.abs(levels - golden)
-            print(f"{os.path.basename(path).split('_')[0]}, {name}: {off.mean():.3f} of 256 levels off on average, at most {off.max():.1f}; "
+            print(f"{os.path.basename(path).split('_')[0]}, {name}: {off.mean():.3f} of 256 levels apart on average, at most {off.max():.1f}; "
                   f"{100 * (off <= 1).mean():.1f} % within 1; correlation {np.corrcoef(levels.ravel(), golden.ravel())[0, 1]:.5f}", flush=True)
     if a.check_training:
         photographs, rng = data.Photographs(a.check_training), np.random.default_rng(0)

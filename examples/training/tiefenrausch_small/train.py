@@ -6,7 +6,7 @@ Writes checkpoint.pt, log.tsv and snapshots to FOLDER. The checkpoint has the co
 run. To control a run, create one of these files in FOLDER:
 
     stop    saves and ends. Delete the file and start again to resume.
-    hours   contains a number: the schedule's processor hours, instead of --hours; may change at any time
+    hours   contains a number, which replaces --hours (processor hours of the schedule); may change at any time
     finish  completes the schedule within the next 30 minutes of processor time, or the number of minutes in the file
 """
 import argparse
@@ -30,13 +30,14 @@ from model import Student
 from quantize import Quantized, find_ranges
 
 WARM_UP = 300  # steps
-# The schedule: (end as a share of the processor time, pixels per step, shapes of crops). Small crops first, whole photographs last.
+# The schedule: (end as a share of the processor time, pixels per step, shapes of crops). It starts with small crops and ends with whole
+# photographs.
 STAGES = (
     (0.30, 10 * 192 * 192, ((192, 192), (160, 224), (224, 160), (192, 224), (224, 192))),
     (0.60, 6 * 256 * 256, ((256, 256), (224, 288), (288, 224), (192, 320), (320, 192))),
     (1.00, 4 * 288 * 384, data.WHOLE),
 )
-QUANTIZED_FROM = 0.80  # share of the schedule in floating point, before 8 bits
+QUANTIZED_FROM = 0.80  # share of the schedule after which training continues in 8 bits
 LAST = 0.70  # `finish` jumps to this share of the schedule
 
 
@@ -44,7 +45,7 @@ def rate_at(progress):
     return 0.5 * (1 + math.cos(math.pi * progress))
 
 
-BACKBONE_RATE = 0.2  # factor of the learning rate for pretrained features, which have no normalization
+BACKBONE_RATE = 0.2  # factor of the learning rate for the pretrained features
 
 
 @torch.no_grad()
@@ -265,7 +266,7 @@ def main():
                 if new:
                     log.write("\t".join(columns) + "\n")
                 log.write("\t".join(f"{v:.6g}" for v in columns.values()) + "\n")
-            # wall-clock minutes, if processor time keeps passing as fast as it has since the start
+            # wall-clock minutes, assuming the same ratio of processor time to wall-clock time as so far
             left = (run.seconds / progress - run.seconds) * (time.time() - started) / (run.seconds - before) / 60 if progress > 0 else math.nan
             print(f"{time.strftime('%H:%M:%S')} step {run.step} ({100 * progress:.1f} %, {pace:.2f} steps/s, {left:.0f} min left)  "
                   + "  ".join(f"{n} {v:.4f}" for n, v in means.items()) + f"  held out: error {error:.4f}, gradient {difference:.4f}  watched: "

@@ -1,4 +1,4 @@
-/** Position of the viewer: (0, 0, 0) is the photo's viewpoint, 1 is the limit of the motion. */
+/** Position of the viewer, each value -1 to 1: (0, 0, 0) is the photo's viewpoint, 1 is the limit of the motion. */
 export interface Reach {
     right: number;
     up: number;
@@ -12,18 +12,22 @@ export interface PhotoState {
     zoom: number;
     /** Angles around the pivot, in degrees; null without a photo. */
     angles: { horizontal: number; vertical: number } | null;
-    /** Parallax between the nearest and the farthest surface, as a share of the longer side; null where the file gives no limit. */
+    /**
+     * Current parallax between the nearest and the farthest surface, as a share of the photo's longer side; null if the file states no
+     * limit.
+     */
     motion: number | null;
-    /** Opacity of the photo: 1 on a screen; in a headset less, down to 0, when the head leaves the photo's range. */
+    /** Opacity of the photo: 1 on a screen; in a headset it falls from 1 to 0 when the head leaves the photo's range. */
     visibility: number;
     isSwaying: boolean;
     /** Whether the next frame draws the photo. */
     isMoving: boolean;
     isInHeadset: boolean;
+    /** Positions of the eyes relative to the photo's camera, in a headset; else empty. */
     eyes: number[][];
 }
 
-/** Work done for all photos of a page, and objects in graphics memory. */
+/** Counts of the work for all photos of a page, and of the objects in graphics memory. */
 export interface Statistics {
     /** WebGL contexts made so far; more than one only after a context was lost. */
     contexts: number;
@@ -46,7 +50,7 @@ export class Photo3D extends HTMLElement {
     loading: string;
     /** Whether the photo fills the screen. */
     readonly isAlone: boolean;
-    /** Whether the 3D photo is drawn, in place of its poster. */
+    /** Whether the 3D photo has replaced its poster. */
     readonly complete: boolean;
     readonly canvas: HTMLCanvasElement;
     /** Shows a GLB file from memory. Rejects if it can't be shown. */
@@ -64,7 +68,7 @@ export class Photo3D extends HTMLElement {
     /** Shares the page's address, or copies it. In a frame without an address, only fires the event. */
     share(): Promise<void>;
     state(): PhotoState;
-    /** Shows or hides the backdrop, to see the gaps of the mesh. */
+    /** Shows or hides the backdrop. Without it, the gaps of the mesh are visible. */
     setBackdrop(isVisible: boolean): void;
     static statistics(): Statistics;
 }

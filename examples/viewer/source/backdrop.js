@@ -1,8 +1,8 @@
-// The backdrop: the photo's farthest surfaces, blurred and continued past the photo's border, behind the whole model. A gap between
-// surfaces shows it instead of the clear color.
+// The backdrop: the photo's farthest surfaces, blurred and continued past the photo's border, behind the whole model. Gaps between surfaces
+// show the backdrop instead of the clear color.
 //
 // The viewer draws the model once, at low resolution, from the photo's camera, with the farthest surface in front. Mip levels of this
-// picture provide the blur: a fine level inside the photo, coarser levels in empty areas and outside.
+// picture provide the blur: a fine level inside the photo, and coarser levels in its empty areas and outside it.
 
 import { Camera, HalfFloatType, LinearFilter, LinearMipmapLinearFilter, Mesh, PlaneGeometry } from "three";
 import { ShaderMaterial, UnsignedByteType, Vector2, WebGLRenderTarget } from "three";
@@ -18,7 +18,7 @@ const cells = 32;
 // Fetches colors per vertex, because a software renderer would fetch them for every pixel, visible or not.
 const vertexShader = `
     uniform sampler2D farthest;
-    uniform vec2 size; // of the picture in texels
+    uniform vec2 size; // size of the picture in texels
     uniform vec3 emptyColor; // fallback where the picture is empty at all levels
     varying vec3 seenColor;
 
@@ -59,7 +59,7 @@ export class Backdrop extends Mesh {
      * Draws the backdrop of this photo.
      *
      * @param {import("three").WebGLRenderer} renderer
-     * @param {Photo} photo  its model not moved
+     * @param {Photo} photo  with its model at the origin
      */
     show(renderer, { model, aspect, halfHeight, nearest, farthest }) {
         this.position.z = -farthest;

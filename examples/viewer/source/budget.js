@@ -6,7 +6,7 @@
  *
  * @typedef {object} Budget
  * @property {number} motion  maximum parallax between the nearest and the farthest surface, as a share of the photo's long side
- * @property {number} nearest  lower bound of the surfaces' distances, to which `motion` refers
+ * @property {number} nearest  lower bound of the surfaces' distances; `motion` refers to surfaces at both bounds
  * @property {number} farthest  upper bound
  * @property {number} halfWidth  half the photo's width at distance 1
  * @property {number} halfHeight
@@ -19,7 +19,7 @@
  * @property {number} z
  */
 
-/** Maximum share of the distance to the nearest surface that a viewer may approach, regardless of hidden surfaces. */
+/** Maximum distance that the viewer may approach, as a share of the distance to the nearest surface, regardless of hidden surfaces. */
 const closest = 0.99;
 
 /** @param {any} extras  of the file's scene @returns {Budget | null} */
@@ -28,7 +28,7 @@ export function readBudget({ motion, nearest, farthest }, halfWidth, halfHeight)
     return isGiven ? { motion, nearest, farthest, halfWidth, halfHeight } : null;
 }
 
-/** Returns the parallax at a position, as a share of the photo's long side, as if the viewer had not come nearer, which magnifies it. */
+/** Returns the parallax at a position, as a share of the photo's long side, without the magnification that moving closer adds. */
 function across({ x, y, z }, { halfWidth, halfHeight, nearest, farthest }) {
     const moved = Math.hypot(Math.abs(x) + Math.abs(z) * halfWidth, Math.abs(y) + Math.abs(z) * halfHeight);
     return (moved * (1 / nearest - 1 / farthest)) / (2 * Math.max(halfWidth, halfHeight));
@@ -45,7 +45,7 @@ export function motionOf(position, budget) {
     return forward < budget.nearest ? (across(position, budget) * budget.nearest) / (budget.nearest - forward) : Infinity;
 }
 
-/** Returns the maximum sideways distance. @param {Budget} budget */
+/** Returns the maximum sideways distance of the viewer within the budget. @param {Budget} budget */
 export function asideWithin({ motion, nearest, farthest, halfWidth, halfHeight }) {
     return (2 * motion * Math.max(halfWidth, halfHeight)) / (1 / nearest - 1 / farthest);
 }

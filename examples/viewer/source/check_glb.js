@@ -1,9 +1,9 @@
-// Refuses GLB files that need more resources than a photo should, or would request files from other servers.
+// Refuses GLB files that need more resources than a photo should, or that refer to other files.
 
 const limits = { nodes: 10_000, values: 60_000_000, side: 16_384, texels: 200_000_000 };
 const components = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
 
-/** @param {ArrayBuffer} bytes  a GLB file. Throws an error with a message for users. */
+/** Checks a GLB file. Throws an error with a message for users. @param {ArrayBuffer} bytes */
 export function checkGlb(bytes) {
     const view = new DataView(bytes);
     if (bytes.byteLength < 20 || view.getUint32(0) !== 0x676c5446) throw new Error("It is not a GLB file."); // "glTF"
@@ -18,10 +18,10 @@ export function checkGlb(bytes) {
         throw new Error("Its JSON is broken.");
     }
     const list = (name) => (Array.isArray(json?.[name]) ? json[name].map((entry) => entry ?? {}) : []);
-    // The checks below read the binary chunk only, so text must not contain files, either.
+    // The checks below read only the binary chunk, so the JSON must not contain files as text.
     if ([...list("buffers"), ...list("images")].some(({ uri }) => uri !== undefined))
         throw new Error("It refers to other files, or has files as text.");
-    // Anything but a number of 0 or more counts as too large: strings would be appended to the sum.
+    // Anything but a number of 0 or more counts as infinite, because `+` would append strings to the sum.
     const total = (sizes) => sizes.reduce((sum, size) => sum + (typeof size === "number" && size >= 0 ? size : Infinity), 0);
     const values = total(list("accessors").map(({ count, type }) => count * components[type]));
     const compressed = list("bufferViews").flatMap(({ extensions }) => Object.values(extensions ?? {}));
@@ -50,7 +50,7 @@ function checkNodes(nodes) {
             if (++depth > 64) throw new Error("Its nodes are nested too deep, or in a circle.");
 }
 
-/** Limits what is drawn: nodes may share meshes, and meshes may share vertices. */
+/** Limits the number of drawn meshes and vertices. Nodes may share meshes, and meshes may share vertices. */
 function checkMeshes(nodes, meshes, accessors) {
     const drawn = meshes.map(({ primitives }) => (Array.isArray(primitives) ? primitives : []).map((part) => {
         const vertices = accessors[part?.attributes?.POSITION]?.count ?? 0;
@@ -88,7 +88,7 @@ function sizeOfPicture(file) {
         const u24 = (at) => view.getUint16(at, true) + 65536 * file[at + 2];
         if (kind === "VP8X") return [1 + u24(24), 1 + u24(27)];
         if (kind === "VP8 ") return [view.getUint16(26, true) & 0x3fff, view.getUint16(28, true) & 0x3fff];
-        const sides = view.getUint32(21, true); // each 14 bits, less 1
+        const sides = view.getUint32(21, true); // 14 bits per side: the side minus 1
         if (kind === "VP8L") return [1 + (sides & 0x3fff), 1 + ((sides >> 14) & 0x3fff)];
     }
     if (file.length >= 4 && view.getUint16(0) === 0xffd8)

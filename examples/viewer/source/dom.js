@@ -1,4 +1,4 @@
-// Builds the element's tree without HTML text, which a page may forbid (Trusted Types).
+// Builds the element's tree without parsing HTML text, which a page may forbid (Trusted Types).
 
 /**
  * @param {string} name  tag name

@@ -13,20 +13,23 @@ import { stage } from "./stage.js";
 import { askForTilt, listenToTilt, mustAskForTilt, stopListeningToTilt } from "./tilt.js";
 import { View } from "./view.js";
 
-/** Maximum number of pixels of a canvas; more have no visible effect. */
+/** Maximum number of pixels of a canvas. More pixels would make no visible difference. */
 const maxPixels = 6_000_000;
 
 /** Seconds until the buttons over a full-screen photo disappear. */
 const quietSeconds = 3;
 
-/** A photo covers the screen if the screen's width / height is at most `aspect`, and the whole photo would fill less than `share` of it. */
+/**
+ * A full-screen photo covers the screen if the screen's width / height is at most `aspect` and the whole photo would fill less than `share`
+ * of the screen.
+ */
 const upright = { aspect: 0.7, share: 0.8 };
 
 let sheet;
 const isReduced = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
-/** Whether others can open the page's address. The document of a frame with `srcdoc` has none, and those of data: and blob: URLs are local. */
+/** Whether the page has an address to share. Documents of frames with `srcdoc`, and of data: and blob: URLs, have none. */
 const hasAddress = () => /^(https?|file):/.test(location.href);
-const Base = globalThis.HTMLElement ?? class {}; // allows imports outside browsers, where there are no pages
+const Base = globalThis.HTMLElement ?? class {}; // allows imports outside browsers, where HTMLElement is missing
 
 export class Photo3D extends Base {
     static observedAttributes = ["src", "poster", "alt", "caption", "width", "height", "fit", "sway", "standalone", "frame", "loading"];
@@ -47,7 +50,7 @@ export class Photo3D extends Base {
     /** The current or last load; a new load replaces it. @type {{source: string | null, abort: AbortController} | null} */
     #load = null;
     #swayedSource = "";
-    /** Tells #show() that the photo has left the window. */
+    /** Called when the photo leaves the window, so that #show() stops waiting. */
     #left = () => {};
     #isOver = false;
     #coverChoice = null;
@@ -189,7 +192,7 @@ export class Photo3D extends Base {
         stage.request();
     }
 
-    /** Fills the screen. In browsers that can't (iPhones), the element covers the page. */
+    /** Fills the screen. In browsers without full screen (iPhones), the element covers the page instead. */
     async enterFullscreen() {
         if (this.requestFullscreen && document.fullscreenEnabled) return this.requestFullscreen();
         this.#isOver = true;
@@ -202,7 +205,7 @@ export class Photo3D extends Base {
         this.#aloneChanged();
     }
 
-    /** Shares the page's address. Copies or shows it where the browser cannot share, and for a page opened from the disk. */
+    /** Shares the page's address. If the browser cannot share, or the page was opened from the disk, copies or shows the address. */
     async share() {
         if (!this.dispatchEvent(new CustomEvent("share", { cancelable: true })) || !hasAddress()) return;
         const url = location.href;
@@ -221,7 +224,7 @@ export class Photo3D extends Base {
         return this.#view.state();
     }
 
-    /** Shows or hides the backdrop, which reveals the gaps of the mesh. */
+    /** Shows or hides the backdrop. Without it, the gaps of the mesh are visible. */
     setBackdrop(isVisible) {
         this.#view.backdrop.visible = isVisible;
         this.#view.needsDrawing = true;
@@ -253,7 +256,7 @@ export class Photo3D extends Base {
     /** Frees the photo. It will be loaded from `src` again. */
     #release() {
         withdraw(this.#waiting);
-        if (!this.#load || this.#load.source === null) return; // the photo came from show(), so it could not be loaded again
+        if (!this.#load || this.#load.source === null) return; // nothing loaded, or a photo from show(), which can't be loaded again
         this.#load.abort.abort();
         this.#load = null;
         this.#view.release();
@@ -307,13 +310,13 @@ export class Photo3D extends Base {
     }
 
     #fail(error) {
-        const isPicture = error.name === "NotSupportedError" && this.#hasPoster() && !this.isAlone; // without WebGL, a page shows posters
+        const isPicture = error.name === "NotSupportedError" && this.#hasPoster() && !this.isAlone; // without WebGL, posters replace messages
         if (!isPicture) this.#say(`This 3D photo can't be shown. ${error.message}`);
         this.dispatchEvent(new ErrorEvent("error", { error, message: error.message }));
     }
 
     /**
-     * Shows a photo. Waits until it is drawn, released, or outside the window.
+     * Shows a photo. Waits until the photo is drawn, released, or outside the window.
      *
      * @param {import("./photo.js").Photo} photo
      */
@@ -402,7 +405,7 @@ export class Photo3D extends Base {
         box.classList.toggle("alone", isAlone);
         box.classList.toggle("over", this.#isOver);
         this.#input.setAlone(isAlone);
-        // A full-screen photo handles all keys; a photo in a page, only those pressed on it.
+        // A full-screen photo handles all keys. A photo in a page handles only keys that are pressed while it has the focus.
         box.removeEventListener("keydown", this.#pressed);
         removeEventListener("keydown", this.#pressed);
         if (this.isConnected) (isAlone ? globalThis : box).addEventListener("keydown", this.#pressed);
@@ -480,7 +483,7 @@ export class Photo3D extends Base {
         fullscreen.addEventListener("click", () => this.#toggleFullscreen());
     }
 
-    /** @param {string} text @param {number} [seconds]  until it disappears */
+    /** Shows a message. @param {string} text @param {number} [seconds]  time until it disappears; default: never */
     #say(text, seconds) {
         const { message } = this.#parts;
         message.textContent = text;
@@ -509,7 +512,7 @@ async function fetchGlb(source, signal) {
         if (signal.aborted) throw failure;
         throw new Error("Its file can't be fetched.");
     }
-    if (!response.ok) throw new Error(`The server has no such file: ${response.status}.`);
+    if (!response.ok) throw new Error(`The server does not deliver its file (status ${response.status}).`);
     return response.arrayBuffer();
 }
 

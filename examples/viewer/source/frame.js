@@ -1,4 +1,4 @@
-// The frame that hides the outer boundary of the photo, and the limits that follow from it ("Viewing 3D Photos" in the paper: "a 3D
+// The frame that hides the outer boundary of the photo, and the limits that follow from it (section "Viewing 3D Photos" of the paper: "a 3D
 // model viewed through a 2D frame"). If surfaces continue past the photo's border (include/ldi/occlusion/past_frame.hpp), the frame shows
 // the whole photo, and the viewer may use the whole budget.
 //
@@ -20,13 +20,16 @@ import { asideWithin, motionOf, withinMotion } from "./budget.js";
  * @property {number} forward
  */
 
-/** Share of the hidden border for sideways motion; the rest is for moving back. */
+/** Share of the hidden border that sideways motion uses. Moving back uses the rest. */
 const sideways = 0.75;
 
 /** Distance that the viewer approaches at `forward` 1, as a share of the nearest surface's distance. */
 const wayIn = 0.22;
 
-/** Hidden share of a photo whose surfaces end at its border: of its width on the left and right, of its height at the top and bottom. */
+/**
+ * Share of a photo that the frame hides on each side if surfaces end at the photo's border: of the width on the left and right, of the
+ * height at the top and bottom.
+ */
 export const croppedBorder = 0.034;
 
 /** Results of headReach() between which the model fades from opaque to invisible. A flat screen has no fading. */
@@ -45,21 +48,27 @@ export class FlatFrame {
         this.budget = photo.budget;
         const halfWidth = photo.halfHeight * photo.aspect;
         const hidden = photo.isPastFrame || !photo.fillsView ? 0 : croppedBorder;
-        /** Width of the border along the longer sides, which limits the motion in every direction. */
+        /**
+         * Width at distance 1 of the hidden border along the longer sides. It is the narrower border, so it limits the motion in every
+         * direction.
+         */
         const border = 2 * croppedBorder * Math.min(halfWidth, photo.halfHeight);
         this.aspect = photo.aspect;
         /** Half the visible size at distance 1. */
         this.halfWidth = halfWidth * (1 - 2 * hidden);
         this.halfHeight = photo.halfHeight * (1 - 2 * hidden);
-        /** The mean disparity, so that the nearest and the farthest surface move equally far. */
+        /** Distance at the mean disparity, so that the nearest and the farthest surface move equally far. */
         const { nearest, farthest } = photo.isPastFrame ? photo.budget : photo;
         this.pivot = 2 / (1 / nearest + 1 / farthest);
-        /** At this distance to the side, the nearest and the farthest surface have moved by the part of the border that is for sideways motion. */
+        /**
+         * Maximum sideways distance. For a cropped photo: there, the nearest and the farthest surface have moved by the sideways share of
+         * the border.
+         */
         this.farthestAside = photo.isPastFrame ? asideWithin(photo.budget) : (sideways * border) / (1 / nearest - 1 / this.pivot);
         // Limits sideways motion for photos with little depth.
         this.farthestAside = Math.min(this.farthestAside, 0.35 * this.pivot);
         this.farthestIn = wayIn * photo.nearest;
-        /** At this distance back, the nearest surface has shrunk by the rest of the border. */
+        /** Maximum distance back. For a cropped photo: there, the nearest surface has shrunk by the rest of the border. */
         this.farthestBack = (photo.nearest * (1 - sideways) * border) / Math.max(halfWidth, photo.halfHeight);
         if (photo.isPastFrame) this.farthestBack = this.farthestIn;
         /** Whether the frame stays on the photo's border at the pivot when the viewer moves back. */
@@ -68,7 +77,7 @@ export class FlatFrame {
         this.far = 10 * photo.farthest;
     }
 
-    /** Returns the position of the viewer. @param {Reach} reach */
+    /** Returns the position of the viewer relative to the photo's camera. @param {Reach} reach */
     position({ right, up, forward }) {
         const away = forward > 0 ? -forward * this.farthestIn : -forward * this.farthestBack;
         return withinMotion({ x: right * this.farthestAside, y: up * this.farthestAside, z: away }, this.budget);
@@ -81,7 +90,11 @@ export class FlatFrame {
         return { horizontal: degrees(x), vertical: degrees(y) };
     }
 
-    /** Returns the parallax between the nearest and the farthest surface as a share of the photo's long side; null if the file has no limit. @param {Reach} reach */
+    /**
+     * Returns the parallax between the nearest and the farthest surface as a share of the photo's long side; null if the file has no limit.
+     *
+     * @param {Reach} reach
+     */
     motion(reach) {
         return this.budget && motionOf(this.position(reach), this.budget);
     }
@@ -91,7 +104,7 @@ export class FlatFrame {
      *
      * @param {import("three").PerspectiveCamera} camera
      * @param {Reach} reach
-     * @param {{left: number, right: number, bottom: number, top: number}} edges  the visible part of the frame, see Pane
+     * @param {{left: number, right: number, bottom: number, top: number}} edges  the visible part of the frame, -1 to 1 (see Pane)
      */
     aim(camera, reach, edges) {
         const { x, y, z } = this.position(reach);
@@ -114,7 +127,7 @@ export class FlatFrame {
     }
 }
 
-/** A dark veil over the camera's whole view, into which the model fades. Works for a screen and for both eyes. */
+/** A veil over the camera's whole view, into which the model fades. It covers a screen and the views of both eyes. */
 export class Veil extends Mesh {
     /** @param {Color} color */
     constructor(color) {
@@ -150,7 +163,7 @@ export class Veil extends Mesh {
  */
 export function headsetFrame(photo, wallColor) {
     const distance = 0.9 * photo.nearest;
-    const shown = 0.94; // of the photo's width and height
+    const shown = 0.94; // share of the photo's width and height
     const halfHeight = photo.halfHeight * distance * shown;
     const halfWidth = photo.halfHeight * photo.aspect * distance * shown;
     const rim = 0.03 * Math.min(halfWidth, halfHeight);

@@ -1,4 +1,4 @@
-// The page of photo3d --batch --gallery: an element per photo, a text per failure, and a search in both.
+// The page of photo3d --batch --gallery: an element for each photo, a message for each failure, and a search in both.
 
 import "./element.js";
 
@@ -6,7 +6,7 @@ const element = (id) => document.getElementById(id);
 
 /** @type {{title: string, src?: string, poster?: string, page?: string, error?: string}[]} */
 const photos = JSON.parse(element("photos")?.textContent ?? "[]");
-const isFromDisk = location.protocol === "file:"; // browsers read no GLB files from the disk
+const isFromDisk = location.protocol === "file:"; // pages opened from the disk can't fetch GLB files
 
 function make(name, properties, ...children) {
     const made = Object.assign(document.createElement(name), properties);

@@ -6,7 +6,7 @@ import { motionOf } from "./budget.js";
 /** Offset from the neck's pivot to the point between the eyes in meters, facing -z. */
 const neckToEyes = new Vector3(0, 0.075, -0.08);
 
-/** Half the distance between the eyes in meters: the motion that a resting head uses. */
+/** Half the distance between the eyes in meters: the distance of each eye from the photo's viewpoint while the head rests. */
 const halfEyeDistance = 0.032;
 
 /** Limit of a head's motion if the file has none, as a share of the nearest surface's distance. */
@@ -25,7 +25,7 @@ export class Head {
         this.moved = new Vector3();
     }
 
-    /** Computes the members from the head's pose, relative to its first pose. @param {XRViewerPose} pose */
+    /** Updates the members from the head's pose. The first pose becomes the photo's viewpoint. @param {XRViewerPose} pose */
     update(pose) {
         const { position: p, orientation: o } = pose.transform;
         const position = new Vector3(p.x, p.y, p.z);
@@ -41,7 +41,10 @@ export class Head {
         this.moved.copy(moved).applyQuaternion(this.photoTurn.clone().invert());
     }
 
-    /** Returns the eyes' translation when the head turns on the neck: "rotating the head to the left also translates the eyes leftward". */
+    /**
+     * Returns the translation of the eyes when the head turns on the neck (the paper: "rotating the head to the left also translates the
+     * eyes leftward").
+     */
     neckMotion(turn) {
         return neckToEyes.clone().applyQuaternion(turn).sub(neckToEyes.clone().applyQuaternion(this.home.turn));
     }
@@ -56,9 +59,9 @@ export async function hasHeadset() {
 export const requestHeadset = () => navigator.xr.requestSession("immersive-vr", { optionalFeatures: ["local"] });
 
 /**
- * Returns the head's motion relative to its limit; at 1, an eye sees all hidden surfaces. The eyes of a resting head already use a part of
- * the limit, because they lie beside the photo's viewpoint. This part is not counted, and at least half of the limit remains for the head,
- * so that very near surfaces stay visible with two eyes.
+ * Returns the head's motion as a share of its limit. The eyes of a resting head already use a part of the file's limit, because they are
+ * beside the photo's viewpoint. The head's limit is the rest, but at least half of the file's limit, so that photos with very near surfaces
+ * remain visible.
  *
  * @param {Head} head
  * @param {import("./photo.js").Photo} photo

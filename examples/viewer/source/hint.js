@@ -1,10 +1,10 @@
-// The hint on first use: one photo of a page shows it, once per person.
+// The hint on first use. One photo of a page shows it, until the person has used a photo once.
 
 const key = "photo-3d-hint";
 const seconds = 6;
 let isShown = false;
 
-/** Whether this person has seen the hint. Sandboxed frames and private windows have no storage to remember it. */
+/** Whether this person has already looked around in a photo. Sandboxed frames and private windows have no storage to remember this. */
 function wasSeen() {
     try {
         return localStorage.getItem(key) !== null;
@@ -20,7 +20,7 @@ export function noteUse() {
     try {
         localStorage.setItem(key, "seen");
     } catch {
-        // the hint will appear again
+        // without storage, the hint will appear again on the next visit
     }
 }
 

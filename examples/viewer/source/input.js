@@ -10,7 +10,10 @@ const dragShare = 0.4;
 /** Wheel pixels that double the size. */
 const wheelPixels = 400;
 
-/** Two taps within this time and distance are a double tap. A finger that moves more than `moved` pixels does not tap. */
+/**
+ * Two taps within this time and distance are a double tap, which magnifies by `zoom`. A finger that moves more than `moved` pixels is not a
+ * tap.
+ */
 const doubleTap = { milliseconds: 300, pixels: 30, moved: 8, zoom: 2.5 };
 
 const keySteps = {
@@ -37,7 +40,7 @@ export class Input {
      */
     constructor({ photo, motion, pane, isAlone, changed }) {
         Object.assign(this, { photo, motion, pane, isAlone, changed });
-        /** Fingers and pressed mice by pointer id. @type {Map<number, {x: number, y: number}>} */
+        /** Positions of fingers and of a pressed mouse, by pointer id. @type {Map<number, {x: number, y: number}>} */
         this.held = new Map();
         this.lastTap = { time: -Infinity, x: 0, y: 0 };
     }
@@ -79,7 +82,7 @@ export class Input {
         };
     }
 
-    /** Handles the wheel of a full-screen photo. In a page, a listener that can cancel the wheel would slow scrolling. */
+    /** Listens to the wheel only for a full-screen photo. In a page, a listener that can cancel wheel events would slow scrolling. */
     setAlone(isAlone) {
         this.area.removeEventListener("wheel", this.wheel);
         if (isAlone) this.area.addEventListener("wheel", this.wheel, { passive: false });
@@ -87,7 +90,7 @@ export class Input {
 
     /**
      * A mouse looks around by its position. A finger drags the scene: near surfaces follow it, so the viewer moves in the opposite
-     * direction. With reduced motion, the mouse also drags, since the picture must move only on request.
+     * direction. With reduced motion, the mouse also drags, because the picture must not move without a press.
      */
     pointerMoved(event) {
         const before = this.held.get(event.pointerId);
@@ -105,7 +108,7 @@ export class Input {
         }
     }
 
-    /** @param {number} right  in pixels @param {number} up */
+    /** @param {number} right  motion of the pointer in pixels @param {number} up */
     drag(right, up) {
         const { clientWidth, clientHeight } = this.photo;
         const scale = dragShare * clientWidth;
@@ -140,7 +143,7 @@ export class Input {
         this.changed();
     }
 
-    /** A double tap magnifies its place; another one resets the magnification. */
+    /** Detects a double tap. The first double tap magnifies around its position; the next resets the magnification. */
     findDoubleTap({ timeStamp, clientX, clientY }) {
         const { time, x, y } = this.lastTap;
         const isSecond = timeStamp - time < doubleTap.milliseconds && Math.hypot(clientX - x, clientY - y) < doubleTap.pixels;

@@ -1,5 +1,5 @@
-// Schedules the loading of a page's photos: those near the window, nearest first, and not while the page scrolls. Photos load one at a
-// time, unless a server is slow.
+// Schedules the loading of a page's photos. Photos near the window load one at a time, the nearest first, and not while the page scrolls.
+// If a server is slow, the next photo also starts to load.
 
 import { stage } from "./stage.js";
 

@@ -1,18 +1,18 @@
-// Position of the viewer: the sum of the motions from mouse, device, scrolling, dragging and keys, limited and eased. Independent of the
-// page, three.js and the photo: all values are in the units of Reach (frame.js), where 1 is the limit of the motion.
+// Position of the viewer: the sum of the motions from mouse, device, scrolling, dragging and keys, limited and eased. This module is
+// independent of the page, three.js and the photo: all values are in the units of Reach (frame.js), where 1 is the limit of the motion.
 
 /** @typedef {import("./frame.js").Reach} Reach */
 
-/** Seconds in which the viewer moves two thirds of the way to its target: during input, and back to rest. */
+/** Seconds in which the viewer moves two thirds of the way to its target: during input (`led`), and on the way back to rest (`resting`). */
 const easeSeconds = { led: 0.12, resting: 0.35 };
 
-/** Smaller differences of position are invisible. */
+/** Differences of position below this are invisible. */
 const nothing = 1e-3;
 
 /** Motion from scrolling the photo from the window's center to an edge. */
 const scrollReach = { right: 0.15, up: 0.6, forward: 1 };
 
-/** The idle sway: amplitude, seconds per turn, and seconds of fade-in. */
+/** The idle sway: amplitude, seconds per cycle, and seconds of fade-in. */
 const sway = { right: 0.55, up: 0.25, seconds: 7, rampSeconds: 1.5 };
 
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -29,7 +29,7 @@ export class Motion {
         this.isReduced = isReduced;
         /** Current position of the viewer. @type {Reach} */
         this.reach = { right: 0, up: 0, forward: 0 };
-        /** Number of turns of the sway, which ends at rest. */
+        /** Number of cycles of the sway. Afterwards, the viewer is at rest. */
         this.turns = 3;
         this.scrolled = 0; // position of the photo in the window of a scrolling page, -1 to 1
         this.tilted = { right: 0, up: 0 };
@@ -64,7 +64,7 @@ export class Motion {
         this.hovered = { right: clamp(right, -1, 1), up: clamp(up, -1, 1) };
     }
 
-    /** Handles a screen rotation that puts the viewer at (right, up). Does not stop the sway, because a hand is never still. */
+    /** Handles a device orientation that puts the viewer at (right, up). Does not stop the sway, because a hand is never still. */
     tilt(right, up) {
         this.tilted = within(1, right, up);
     }
@@ -83,7 +83,7 @@ export class Motion {
         this.ease = easeSeconds.resting;
     }
 
-    /** @param {number} place  position of the photo in the window: -1 at its lower edge, 1 at its upper edge */
+    /** @param {number} place  position of the photo in the window: -1 at the window's lower edge, 1 at its upper edge */
     scroll(place) {
         this.scrolled = this.isReduced() ? 0 : clamp(place, -1, 1);
     }
@@ -107,7 +107,7 @@ export class Motion {
         return { right, up, forward: clamp(scrollReach.forward * this.scrolled + this.approached, -1, 1) };
     }
 
-    /** Returns the share of the way to a target that the viewer moves in a time. @param {number} seconds */
+    /** Returns the share of the way to the target that the viewer moves in this time, 0 to 1. @param {number} seconds */
     share(seconds) {
         return this.isReduced() ? 1 : 1 - Math.exp(-seconds / this.ease);
     }

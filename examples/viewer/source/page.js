@@ -1,4 +1,4 @@
-// The page of photo3d --html: a full-size element, and files that users choose or drop.
+// The page of photo3d --html: an element that fills the window. Opens files that users choose or drop.
 
 import "./element.js";
 
@@ -63,7 +63,7 @@ function listenForFiles() {
     });
 }
 
-/** Shows the lines that photo3d --embed wrote into the page, to copy them. */
+/** Offers the HTML lines that photo3d --embed wrote into the page for copying. */
 function offerEmbedding() {
     const snippet = element("snippet");
     if (!snippet) return;
@@ -74,7 +74,7 @@ function offerEmbedding() {
     element("copy").addEventListener("click", () => {
         lines.select();
         if (navigator.clipboard) navigator.clipboard.writeText(lines.value).catch(() => document.execCommand("copy"));
-        else document.execCommand("copy"); // for pages from the disk, in some browsers
+        else document.execCommand("copy"); // for browsers in which pages from the disk have no navigator.clipboard
     });
 }
 

@@ -1,5 +1,5 @@
-// The part of the frame that the canvas shows: all of it, a part that covers a canvas of another shape, or a magnified part. Independent of
-// the page and of three.js. Positions in the frame are -1 to 1 from left to right and from bottom to top.
+// The part of the frame that the canvas shows: all of it, a part that covers a canvas of another shape, or a magnified part. This module is
+// independent of the page and of three.js. Positions in the frame are -1 to 1 from left to right and from bottom to top.
 
 const maxZoom = 6;
 const nothing = 1e-4;
@@ -10,13 +10,13 @@ export class Pane {
     constructor() {
         /** Visible share of the frame's width and height at zoom 1. */
         this.covered = { x: 1, y: 1 };
-        /** Horizontal position in the frame that a canvas narrower than the frame shows in its middle. */
+        /** Horizontal position in the frame at which a canvas narrower than the frame is centered. */
         this.interest = 0;
         this.target = { zoom: 1, x: 0, y: 0 };
         this.now = { zoom: 1, x: 0, y: 0 };
     }
 
-    /** Covers a canvas of this shape: crops a frame that is too wide or too high. */
+    /** Fits the frame to a canvas of this shape. Crops a frame that is too wide or too high for the canvas. */
     fit(frameAspect, canvasAspect) {
         const { zoom, x, y } = this.home;
         const isHome = this.target.zoom === zoom && this.target.x === x && this.target.y === y;
@@ -61,7 +61,7 @@ export class Pane {
         this.target = this.limited({ zoom: magnified, x: x + right * (before.x - after.x), y: y + up * (before.y - after.y) });
     }
 
-    /** Pans by shares of half the canvas, without easing, since a finger holds the picture. */
+    /** Pans by shares of half the canvas. Moves without easing, because the picture must follow the finger. */
     pan(right, up) {
         const half = this.half(this.target);
         this.target = this.limited({ ...this.target, x: this.target.x + right * half.x, y: this.target.y + up * half.y });
@@ -73,7 +73,7 @@ export class Pane {
         return Math.min(Math.log2(this.target.zoom), 1);
     }
 
-    /** @param {number} share  of the way to the target @returns {boolean} whether the visible part has changed */
+    /** Moves toward the target. @param {number} share  of the way to the target @returns {boolean} whether the visible part has changed */
     advance(share) {
         let hasMoved = false;
         for (const axis of ["zoom", "x", "y"]) {

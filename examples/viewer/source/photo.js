@@ -1,4 +1,4 @@
-// Reads a GLB file, and derives the photo's camera and the distances of the nearest and the farthest surface.
+// Reads a GLB file, and computes the photo's camera and the distances of the nearest and the farthest surface.
 
 import { Box3, Group, Matrix4, Vector3 } from "three";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
@@ -80,7 +80,7 @@ function forEachVertex(model, visit) {
     });
 }
 
-/** Returns the distances of the nearest and the farthest vertex in front of the camera; others are invisible. */
+/** Returns the distances of the nearest and the farthest vertex in front of the camera. Vertices behind it are invisible. */
 function depthRange(model) {
     let nearest = Infinity;
     let farthest = 0;
@@ -98,12 +98,15 @@ function depthRange(model) {
 /** Rows and columns of the grid in which middleOfInterest() looks for near surfaces. */
 const interestCells = 32;
 
-/** Weight of the photo's middle: the mean relief, as a share of the depth range, that moves the center of interest half the way. */
+/**
+ * Weight of the photo's middle: if surfaces stand out from their row by this share of the disparity range on average, the center of
+ * interest moves half the way from the middle to them.
+ */
 const interestInMiddle = 0.015;
 
 /**
- * Returns the horizontal middle of the surfaces that stand out from their row of the photo. A floor, which is near along its whole row,
- * does not stand out.
+ * Returns the horizontal center, -1 to 1, of the surfaces that stand out from their row of the photo. A floor, which is near along its
+ * whole row, does not stand out.
  *
  * @param {number} least  the disparity of the farthest surface
  */
@@ -134,8 +137,8 @@ function middleOfInterest(model, halfWidth, halfHeight, least) {
 }
 
 /**
- * Returns a camera for a file without one. A photo's mesh widens away from the origin, so its camera is at the origin; the camera of any
- * other model is in front of the model.
+ * Returns a camera for a file without one. A model that lies in front of the origin is a photo, so its camera is at the origin. Any other
+ * model gets a camera in front of it.
  */
 function cameraThatSeesAll(scene) {
     const box = new Box3().setFromObject(scene);

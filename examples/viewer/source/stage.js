@@ -114,7 +114,11 @@ class Stage {
         }
     }
 
-    /** Resizes the renderer's canvas to fit each visible photo without much excess. @param {View[]} shown */
+    /**
+     * Makes the renderer's canvas large enough for every visible photo. Shrinks it if it has more than four times the necessary pixels.
+     *
+     * @param {View[]} shown
+     */
     fit(shown) {
         const width = Math.max(...shown.map((view) => view.canvas.width));
         const height = Math.max(...shown.map((view) => view.canvas.height));
@@ -136,12 +140,12 @@ class Stage {
         });
         renderer.setScissorTest(false);
         await renderer.xr.setSession(session);
-        if (!view.photo) return session.end(); // removed meanwhile
+        if (!view.photo) return session.end(); // the photo was removed meanwhile
         view.enterHeadset(head);
         renderer.setAnimationLoop((_, frame) => view.head && view.drawInHeadset(renderer, frame));
     }
 
-    /** Counts of the work so far, and the graphics memory in use. */
+    /** Returns counts of the work so far, and of the objects in graphics memory. */
     statistics() {
         const { geometries = 0, textures = 0 } = this.renderer?.info.memory ?? {};
         const photos = [...this.views].filter((view) => view.photo).length;

@@ -1,5 +1,5 @@
-// The orientation of a phone or tablet. The scene is like a box behind the screen: turning the screen shows the box from the side that
-// the screen has turned away from.
+// The orientation of a phone or tablet. The scene is like a box behind the screen, and the viewer's head stays in place when the screen
+// turns. A screen that turns to the right shows the box from the left.
 
 import { Euler, Quaternion, Vector3 } from "three";
 
@@ -8,12 +8,12 @@ import { Euler, Quaternion, Vector3 } from "three";
 /** Rotating the device by this angle reaches the motion limit. */
 const fullTilt = (20 * Math.PI) / 180;
 
-/** Seconds in which the neutral orientation adapts two thirds of the way to the current one. */
+/** Seconds in which the neutral orientation moves two thirds of the way to the current orientation. */
 const followSeconds = 20;
 
 /**
- * Tracks the direction of the viewer's head relative to the screen. Assumes that the head is straight in front of the screen at first, and
- * returns there gradually after the user has moved or holds the device differently.
+ * Tracks the direction of the viewer's head relative to the screen. Assumes that the head is straight in front of the screen at first. If
+ * the user moves, or holds the device differently, the assumed position gradually returns to the middle of the screen.
  */
 export class HeadDirection {
     constructor() {
@@ -42,7 +42,7 @@ export class HeadDirection {
     }
 }
 
-/** Smaller changes are tremor of the hand. */
+/** Changes below this share of fullTilt are tremor of the hand. */
 const nothing = 0.004;
 
 /** Listeners of all photos of a page. @type {Set<(right: number, up: number) => void>} */
@@ -71,7 +71,7 @@ export function stopListeningToTilt(listener) {
     if (listeners.size === 0) removeEventListener("deviceorientation", turned);
 }
 
-/** Whether pages must request permission for the orientation, after the press of a button (iOS). */
+/** Whether the page must request permission for the orientation, which requires the press of a button (iOS). */
 export function mustAskForTilt() {
     const canBeAsked = typeof globalThis.DeviceOrientationEvent?.requestPermission === "function";
     return canBeAsked && navigator.maxTouchPoints > 0 && !isHeard;

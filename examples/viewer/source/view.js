@@ -1,4 +1,4 @@
-// One photo on one canvas: scene, camera, motion, and visible part.
+// Shows one photo on one canvas: scene, camera, motion, and the visible part of the frame.
 
 import { Color, Group, PerspectiveCamera, Scene } from "three";
 import { Backdrop } from "./backdrop.js";
@@ -40,7 +40,12 @@ export class View {
         this.follow = () => {};
     }
 
-    /** Replaces the current photo. @param {Photo} photo @returns {Promise<boolean>} true once the photo is drawn, false if it is released before */
+    /**
+     * Replaces the current photo.
+     *
+     * @param {Photo} photo
+     * @returns {Promise<boolean>} true when the photo is drawn; false if it is released earlier
+     */
     show(photo) {
         this.release();
         this.photo = photo;

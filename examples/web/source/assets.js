@@ -1,9 +1,14 @@
-// Further files of the page: base64 text in the page, or files beside it on the server. Both are compressed.
+// Reads the other files of the page: from base64 text in the page, or from files beside the page on the server. Both are compressed.
 
 /** Whether the page contains all files. */
 export const isOneFile = () => document.getElementById("asset worker.js") !== null;
 
-/** Reads a file. If its name ends in "halves", joins the bytes that bundle.mjs split. @param {string} name @returns {Promise<Uint8Array>} */
+/**
+ * Reads and unpacks a file. If its name ends in "halves", interleaves the bytes that bundle.mjs separated.
+ *
+ * @param {string} name
+ * @returns {Promise<Uint8Array>}
+ */
 export async function readAsset(name) {
     const inPage = document.getElementById(`asset ${name}`);
     const packed = inPage ? fromBase64(inPage.textContent) : await download(`${name}.gz`);

@@ -17,15 +17,14 @@ import { isOneFile, readAsset } from "./assets.js";
 /** Threads need shared memory, which browsers allow only on pages that the server isolates. */
 const canHaveThreads = () => !isOneFile() && globalThis.crossOriginIsolated && navigator.hardwareConcurrency > 1;
 
-/** Whether a file is HEIC: the brands at its beginning include one of HEIC and none of AVIF. */
+/** Whether a file is HEIC: its first bytes list at least one brand of HEIC and no brand of AVIF. */
 function isHeic(bytes) {
     const brands = String.fromCharCode(...bytes.subarray(4, 40));
     return /^ftyp.*(hei[cxms]|hevc|mif1|msf1)/s.test(brands) && !/avi[fs]/.test(brands);
 }
 
 /**
- * Reads a HEIC photo with its depth, in a Worker that ends afterwards and so frees its memory. Loads the reader from the server for the
- * first such photo.
+ * Reads a HEIC photo with its depth in a Worker. The Worker ends afterwards, which frees its memory. Loads the reader from the server.
  *
  * @returns {Promise<{decoded: import("./heic.js").DecodedPhoto | null, refusal: string}>}
  */
@@ -33,7 +32,7 @@ async function readHeic(bytes, name) {
     const nothing = { decoded: null, refusal: "" };
     if (isOneFile() || !isHeic(bytes)) return nothing;
     const files = await Promise.all(["heic.js", "heic.wasm"].map(readAsset)).catch(() => null);
-    if (!files) return nothing; // the browser may be able to read it
+    if (!files) return nothing; // the browser itself may be able to read the photo
     const [script, wasm] = files;
     const address = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
     const worker = new Worker(address);
@@ -51,11 +50,15 @@ export class Converter {
     constructor() {
         this.pending = new Map();
         this.lastId = 0;
-        /** Settles when the networks are loaded. null: the Worker broke; the next photo starts another. @type {Promise<{milliseconds: number, threads: number}> | null} */
+        /**
+         * Settles when the networks are loaded. Null after the Worker has failed; the next photo starts another Worker.
+         *
+         * @type {Promise<{milliseconds: number, threads: number}> | null}
+         */
         this.ready = this.start();
         /** Settles after the code has warmed up, or earlier if a photo arrives. @type {Promise<{milliseconds: number}>} */
         this.warm = new Promise((resolve) => (this.whenWarm = resolve));
-        this.ready.catch(() => {}); // convert() reports it
+        this.ready.catch(() => {}); // convert() reports the error
     }
 
     async start() {
@@ -90,7 +93,7 @@ export class Converter {
         return ready;
     }
 
-    /** Ends a Worker that threw an error outside of a conversion, and rejects its photos. */
+    /** Ends a Worker that threw an error outside of a conversion, and rejects all pending conversions. */
     broke(message) {
         this.worker.terminate();
         this.ready = null;
@@ -115,7 +118,7 @@ export class Converter {
      * @param {Uint8Array} bytes  of the file
      * @param {string} name  of the file
      * @param {(stage: string, fraction: number) => void} onProgress
-     * @param {boolean} [isExact]  the GLB's texture is a PNG
+     * @param {boolean} [isExact]  whether the GLB's texture is a PNG instead of a JPEG
      * @returns {Promise<Photo3d>}
      */
     async convert(bytes, name, onProgress, isExact = false) {

@@ -23,7 +23,7 @@ const stages = new Map([
     ["encoding", ["Writing the file", 0.07]],
 ]);
 
-/** Length of videos: one turn of the viewer's sway. */
+/** Length of videos: one cycle of the viewer's sway. */
 const videoSeconds = 7;
 
 const converter = new Converter();
@@ -49,7 +49,7 @@ function showProgress(label, fraction) {
     element("progress").value = fraction;
 }
 
-/** Progress of the whole conversion. */
+/** Shows the progress of the whole conversion, from the progress of one stage. */
 function onProgress(stage, fraction) {
     let before = 0;
     for (const [name, [label, share]] of stages) {
@@ -86,7 +86,7 @@ async function open() {
     inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
     element("share").hidden = !canShare(pageFile());
     element("video").hidden = !canvas || !videoType() || matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (document.activeElement === document.body) element("frame").focus(); // the focused button has disappeared: lets the viewer handle keys
+    if (document.activeElement === document.body) element("frame").focus(); // the focused button is gone, so the viewer handles keys
     return canvas;
 }
 
@@ -137,7 +137,7 @@ function start() {
     for (const id of ["file", "camera-file"])
         element(id).addEventListener("change", ({ target }) => {
             convert(target.files[0]);
-            target.value = ""; // choosing the same file again then also fires "change"
+            target.value = ""; // so that choosing the same file again fires "change"
         });
     element("choose").addEventListener("click", () => element("file").click());
     element("again").addEventListener("click", () => element("file").click());

@@ -2,7 +2,7 @@
 // page from other sites, by the headers that a server could send, because browsers allow threads only on isolated pages. bundle.mjs inserts
 // the names of the files and a version of their content.
 
-// Readers of rare formats are not in this list; the worker caches them after the first photo that needs them.
+// `files` does not list the HEIC reader. The service worker caches it after the first photo that needs it.
 
 const version = "VERSION";
 const files = ["FILES"];
@@ -34,7 +34,7 @@ async function answer(request) {
     const cache = await caches.open(version);
     const kept = await cache.match(request, { ignoreSearch: true });
     const response = kept ?? (await fetch(request));
-    if (!kept && response.ok && request.url.endsWith(".gz")) await cache.put(request, response.clone()).catch(() => {}); // no space: works, but only online
+    if (!kept && response.ok && request.url.endsWith(".gz")) await cache.put(request, response.clone()).catch(() => {}); // no space
     return request.mode === "navigate" && response.ok ? isolated(response) : response;
 }
 

@@ -50,7 +50,7 @@ export async function record(canvas, seconds, onProgress) {
         const fraction = (performance.now() - start) / 1000 / seconds;
         onProgress(Math.min(fraction, 1));
         const isWhole = `${canvas.width} x ${canvas.height}` === size; // players refuse videos whose size changes
-        if (!isWhole) recorder.onerror({ error: new Error("The window has changed its size during the recording. Please record again.") });
+        if (!isWhole) recorder.onerror({ error: new Error("The size of the window changed during the recording. Please record again.") });
         if ((!isWhole || fraction >= 1) && recorder.state === "recording") recorder.stop();
     }, 100);
     try {

@@ -34,7 +34,8 @@ export async function pageWith(photo, title) {
  *
  * @param {HTMLIFrameElement} frame
  * @param {string} page
- * @returns {Promise<HTMLCanvasElement | null>} when the 3D photo is drawn; null if the viewer shows a message instead
+ * @returns {Promise<HTMLCanvasElement | null>} resolves to the canvas when the 3D photo is drawn, or to null if the viewer shows a message
+ * instead
  */
 export async function showPhoto(frame, page) {
     await new Promise((resolve) => {

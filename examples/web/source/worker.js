@@ -14,7 +14,7 @@
 /** Maximum side of a photo that the browser decodes: twice the converter's working size. */
 const maxDecodedSide = 3072;
 
-/** Minimum time between two messages of progress within a stage; a message takes a tenth of a millisecond. */
+/** Minimum time between two progress messages within a stage. Sending a message takes a tenth of a millisecond. */
 const progressMilliseconds = 30;
 
 let converter;
@@ -43,7 +43,7 @@ async function load({ wasm, depth, inpainting, threads }) {
     const options = { wasmBinary: wasm, onProgress: (stage, fraction) => clock(stage, fraction) };
     if (threads) {
         const address = URL.createObjectURL(scriptOf(threads.worker));
-        shared = new WebAssembly.Memory({ initial: 256, maximum: 16384, shared: true }); // in pages of 64 KiB: the two sizes in build.sh
+        shared = new WebAssembly.Memory({ initial: 256, maximum: 16384, shared: true }); // in pages of 64 KiB, as in build.sh
         Object.assign(options, { wasmMemory: shared, mainScriptUrlOrBlob: scriptOf(threads.loader), locateFile: () => address });
     }
     converter = await createConverter(options);
@@ -54,7 +54,7 @@ async function load({ wasm, depth, inpainting, threads }) {
 
 const scriptOf = (bytes) => new Blob([bytes], { type: "text/javascript" });
 
-/** Returns all of the converter's memory. converter.HEAPU8 is too short after threads have enlarged it. */
+/** Returns the converter's whole memory. converter.HEAPU8 is too short after threads have enlarged the memory. */
 const memory = () => (shared ? new Uint8Array(shared.buffer) : converter.HEAPU8);
 
 /** Warms up the code while the user chooses a photo; stops when a photo arrives. */
@@ -144,7 +144,7 @@ function check(result) {
  * Decodes a photo with the browser: upright, in sRGB.
  *
  * @param {Uint8Array} name  ends with 0
- * @param {string} refusal  reason why heic.js could not read it, or an empty text
+ * @param {string} refusal  reason why heic.js could not read the photo, or an empty text
  * @returns {Promise<ImageData>} red, green, blue and alpha
  */
 async function decodeInBrowser(bytes, name, refusal) {

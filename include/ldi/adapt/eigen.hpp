@@ -1,6 +1,6 @@
-// Maps a mesh's memory as Eigen matrices without a copy: V, F and UV with one row per vertex or triangle, as in libigl. Converts
-// the pose of a view to and from an Eigen isometry. Requires Eigen 3.4; no other header of ldi does. If you use the single
-// header, include it before this one.
+// Maps a mesh's memory as Eigen matrices without a copy: V, F and UV with one row per vertex or triangle, as in libigl.
+// Converts the pose of a view to and from an Eigen isometry. Requires Eigen 3.4; no other header of ldi requires Eigen. If you
+// use the single header of ldi, include the single header first.
 #pragma once
 
 #ifndef LDI_SINGLE_HEADER
@@ -42,7 +42,7 @@ inline Eigen::Isometry3f pose(const view& v) {
     return result;
 }
 
-/// Makes the view of a camera with this pose.
+/// Makes the view of a camera with a pose, as pose() returns it.
 inline view view_from(const pinhole_camera& camera, const Eigen::Isometry3f& camera_to_photo) {
     view result;
     result.camera = camera;

@@ -1,7 +1,7 @@
 // Converts between images and xtensor types. as_tensor() maps an image's memory as a tensor, and view_of() views a tensor's
 // memory as an image, both without a copy. make_image() evaluates any expression or NumPy array into an image. Requires xtensor
-// 0.24; no other header of ldi does. xtensor's lazy views cost ten times as much as loops over rows, so use them for work done
-// once per image. If you use the single header, include it before this one.
+// 0.24; no other header of ldi requires xtensor. xtensor's lazy views cost ten times as much as loops over rows, so use them
+// for work done once per image. If you use the single header of ldi, include the single header first.
 #pragma once
 
 #ifndef LDI_SINGLE_HEADER
@@ -56,11 +56,12 @@ auto view_of(Tensor& values) {
     const auto stride = [&](std::size_t dimension) { return static_cast<std::size_t>(values.strides()[dimension]); };
     const bool has_channels = values.dimension() == 3 && channels > 1;
     if ((width > 1 && stride(1) != channels) || (has_channels && stride(2) != 1) || (height > 1 && stride(0) < width * channels))
-        raise(error_code::mismatch, "tensor", "contiguous rows", "gaps, another order, or reversed rows");
+        raise(error_code::mismatch, "tensor", "contiguous rows in ascending order",
+              "gaps in a row, another order, or reversed rows");
     return image_view<scalar>(values.data() + values.data_offset(), height, width, channels, height > 1 ? stride(0) : 0);
 }
 
-/// Evaluates an expression into an image. Raises mismatch unless it has two or three dimensions.
+/// Evaluates an expression into an image. Raises mismatch unless the expression has two or three dimensions.
 ///
 ///     ldi::image<float> distance = ldi::make_image<float>(1.0F / (ldi::as_tensor(disparity) + 0.1F));
 template <class Scalar, class Expression>

@@ -44,7 +44,7 @@ public:
 
     constexpr T* data() const { return data_; }
     constexpr std::size_t size() const { return size_; }
-    /// Returns size() in the type of ldi's indices.
+    /// Returns size() as std::int32_t, the type of ldi's indices.
     std::int32_t count() const {
         LDI_ASSERT(size_ <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size_);

@@ -42,12 +42,13 @@ concept element_iterator = requires(T i) {
 /// trivial types uninitialized, and a moved-from buffer is empty.
 ///
 /// Like any container, a temporary buffer converts to std::span<const T>, so that it can be an argument. Therefore
-/// `std::span<const float> s = make();` compiles, too, but `s` then refers to destroyed values. An array_view refuses it.
+/// `std::span<const float> s = make();` also compiles, but `s` then refers to destroyed values. array_view does not allow this
+/// conversion.
 ///
 /// If memory runs out, a buffer throws std::bad_alloc; without exceptions, it raises out_of_memory. It raises too_large for a
 /// size beyond the address space. After these errors, the buffer keeps its values, except in assign(). It also keeps them if a
-/// value's copy constructor throws while the buffer grows or is assigned to. If a type's move constructor may throw, a growing
-/// buffer copies the values instead of moving them. The iterators of append() and insert() must not throw.
+/// value's copy constructor throws while the buffer grows or is assigned to. If the move constructor of the value type may
+/// throw, a growing buffer copies the values instead of moving them. The iterators of append() and insert() must not throw.
 template <class T>
 class buffer {
 public:
@@ -90,7 +91,7 @@ public:
     }
 
     std::size_t size() const { return block_.size; }
-    /// Returns size() in the type of ldi's indices; also the index of the next appended value.
+    /// Returns size() as std::int32_t, the type of ldi's indices.
     std::int32_t count() const {
         LDI_ASSERT(size() <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size());
@@ -145,7 +146,7 @@ public:
         }
     }
     void resize(std::size_t count, const T& value) {
-        const T copy = value;  // `value` may be an element of this buffer, which moves
+        const T copy = value;  // `value` may be an element of this buffer, whose values move
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
     }
@@ -153,7 +154,7 @@ public:
         if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
-    /// `value` may be an element of this buffer. The range that the other assign() accepts must not lie in this buffer.
+    /// `value` may be an element of this buffer. The range [first, last) of the other overload must not lie in this buffer.
     void assign(std::size_t count, const T& value) {
         const T copy = value;
         clear();
@@ -275,7 +276,7 @@ private:
     }
     [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
         static_assert(std::is_nothrow_move_constructible_v<T> || std::is_copy_constructible_v<T>,
-                      "a buffer must keep its values if it cannot grow");
+                      "the type needs a noexcept move constructor or a copy constructor");
         buffer moved;  // its destructor releases `place` if a constructor throws, and otherwise the old block
         moved.block_ = {place, 0, new_capacity, block_.from};
         for (; moved.size() < size(); ++moved.block_.size)

@@ -1,7 +1,7 @@
 // Settings that a user can define before including any header of ldi, and properties of the compiler that ldi detects.
 //
-// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(). You can define it as a macro of your
-//                         engine; all translation units that define it must use the same definition.
+// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(). You can redirect it to a macro of
+//                         your engine; all translation units that define it must use the same definition.
 // LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
 // LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types, and kernels for specific instruction sets.
 //                         Scalar code then computes everything, as it always does with other compilers.

@@ -18,10 +18,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 enum class error_code {
     invalid_option,  ///< an option is outside its documented range
     invalid_data,    ///< a file or buffer violates its format
-    unsupported,     ///< well formed, but of a kind that ldi does not read
+    unsupported,     ///< a well-formed file or tensor of a kind that ldi does not read
     mismatch,        ///< inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
-    file_access,     ///< the operating system refused to open, read, write or rename
+    file_access,     ///< the operating system refused to open, read, write or rename a file
     canceled,        ///< the caller's progress_listener asked to stop
     /// memory is exhausted while io/ decodes or encodes a file. Elsewhere, ldi throws std::bad_alloc instead, and raises this
     /// code only if exceptions are off

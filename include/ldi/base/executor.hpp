@@ -1,5 +1,5 @@
-// Executors run ldi's work on the caller's threads. Every parallel stage accepts one; ldi starts threads only in a thread_pool.
-// Results never depend on the executor or on its number of threads.
+// Executors run ldi's work on the caller's threads. Every parallel stage accepts an executor. The only threads that ldi itself
+// starts are those of a thread_pool. Results never depend on the executor or on its number of threads.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -37,8 +37,8 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. The work on `grain` indices should take longer than passing a piece to a thread, which costs a few
-/// microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws,
+/// `count` is less than `grain`. The work on `grain` indices should take longer than passing a piece to a thread, which costs a
+/// few microseconds. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws,
 /// parallel_for() skips the pieces that have not started, waits for the others, and rethrows the first exception.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
@@ -81,12 +81,12 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A pool with a fixed number of threads. The thread that calls run() works, too. Not reentrant: a function that runs on the pool
-/// must not call run() of the same pool, which would deadlock; an assertion checks this.
+/// A pool with a fixed number of threads. The thread that calls run() also works. Not reentrant: a function that runs on the
+/// pool must not call run() of the same pool, which would deadlock; an assertion checks this.
 class thread_pool {
 public:
-    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
-    ///          of them, the pool is smaller
+    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system cannot start all of
+    ///          them, the pool is smaller
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
         for (std::size_t i = 1; i < threads; ++i)

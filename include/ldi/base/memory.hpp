@@ -1,5 +1,5 @@
-// Custom allocators. A `memory_scope` selects the allocator for all buffers (base/buffer.hpp) that ldi creates, so that an engine
-// can charge every stage to its own memory budget.
+// Custom allocators. A `memory_scope` selects the allocator for all buffers (base/buffer.hpp) that ldi creates, so that an
+// engine can account for the memory of every stage.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -45,8 +45,8 @@ inline const memory*& memory_of_thread() {
 
 }  // namespace detail
 
-/// Returns the allocator that new buffers on this thread use: that of the innermost `memory_scope`, or the C library's if there
-/// is no scope.
+/// Returns the allocator that new buffers on this thread use: the allocator of the innermost `memory_scope`, or the C library's
+/// allocator if there is no scope.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
 /// Makes new buffers on the calling thread allocate from `from` until the scope ends. Stages called in the scope also use `from`

@@ -1,6 +1,6 @@
-// Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
-// machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
-// everywhere.
+// Conversions between number types, with descriptive names, and mathematical functions that return the same result on every
+// machine. C libraries round the results of these functions differently, so ldi computes them with operations whose rounding
+// IEEE 754 defines.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -81,14 +81,15 @@ inline float fused_multiply_add(float a, float b, float c) {
 }
 
 /// Returns a * b, rounded, for sums of products that must be the same on every machine. By default, GCC and clang compile
-/// a * b + c to a fused multiply-add on machines that have one. It rounds only once, so its last bit may differ.
+/// a * b + c to a fused multiply-add on machines that have one. A fused multiply-add rounds only once, so the last bit of the
+/// sum may differ.
 ///
 /// a, b  floats or doubles; with the extensions of GCC and clang, also vectors (base/four_floats.hpp)
 template <class Real>
 Real rounded_product(Real a, Real b) noexcept {
 #if (defined(_MSC_VER) && !defined(__clang__)) || defined(__wasm__) || \
     ((defined(__x86_64__) || defined(__i386__)) && !defined(__FMA__) && !defined(__FMA4__))
-    return a * b;  // never fused: MSVC does not, and the other machines cannot
+    return a * b;  // never fused: MSVC does not fuse, and the other targets have no fused multiply-add
 #elif LDI_HAS_EXTENSIONS
     // The compiler must assume that the empty assembly changes the product.
     Real product = a * b;
@@ -106,7 +107,8 @@ Real rounded_product(Real a, Real b) noexcept {
 #endif
 }
 
-/// Length of a vector. The squares are exact; their sum and its root are rounded in double precision, the same on every machine.
+/// Length of a vector. The squares are exact. Their sum and the square root of the sum are rounded in double precision, the
+/// same on every machine.
 inline float vector_length(float x, float y) {
     return static_cast<float>(std::sqrt(double{x} * double{x} + double{y} * double{y}));
 }

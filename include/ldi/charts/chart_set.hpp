@@ -87,7 +87,7 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
                    std::to_string(box.width) + " x " + std::to_string(box.height) + " at (" + std::to_string(box.x) + ", " +
                    std::to_string(box.y) + "), or not assigned to it by chart_of");
     }
-    if (count != g.size()) refuse("charts of " + std::to_string(count) + " pixels");
+    if (count != g.size()) refuse("charts with " + std::to_string(count) + " pixels in total");
 }
 
 }}  // namespace ldi

@@ -2,9 +2,9 @@
 // generation). The algorithm visits pixels in order. Each pixel without a chart becomes the seed of a new one, which grows
 // breadth-first along links under the paper's three constraints:
 //     1. No overlap: a chart has at most one pixel per lattice position.
-//     2. The bounding box is limited, so that charts pack well.
-//     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
-//        surfaces. Pixels within this distance go to another chart.
+//     2. The size of the bounding box is limited, so that charts pack well.
+//     3. Near the end of a surface, the chart must not contain pixels of other surfaces, so that texture filtering never mixes
+//        two surfaces. Such pixels go to another chart.
 // Constraints 1 and 3 can exclude only contested pixels: those near the end of a surface, and those at a position with several
 // pixels. Contested pixels join a chart after all others, nearest first. This keeps the surface that the photo shows in one
 // piece; only the surfaces behind it are divided. (In plain breadth-first order, the background's hidden part would reach the end
@@ -47,8 +47,8 @@ struct chart_options {
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if an invariant of
-/// a view's graph does not hold, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and positions.
+/// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if `layers` is
+/// a view whose graph violates an invariant, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and positions.
 /// If the boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times with the
 /// default max_side. Memory is up to 25 bytes per pixel, 6 per position of the lattice, and 120 per chart.
 template <has_columns<disparity_column> Layers>

@@ -22,7 +22,7 @@ struct pinhole_camera {
     float center_x() const { return 0.5F * detail::nearest_float(width); }
     float center_y() const { return 0.5F * detail::nearest_float(height); }
 
-    /// Returns the point visible at (x, y), in pixels, at distance `depth` along the optical axis.
+    /// Returns the point that is visible at (x, y), in pixels, and whose distance along the optical axis is `depth`.
     std::array<float, 3> unproject(float x, float y, float depth) const {
         const float scale = depth / focal_length;
         return {(x - center_x()) * scale, (center_y() - y) * scale, -depth};
@@ -38,7 +38,8 @@ struct pinhole_camera {
 /// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. The photo's diagonal corresponds to the
 /// diagonal of a frame of 36 mm x 24 mm.
 ///
-/// millimeters  above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
+/// millimeters    above 0; EXIF stores 0 for an unknown focal length, and the result is then 0
+/// width, height  size of the photo in pixels
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
@@ -46,7 +47,8 @@ inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::
 
 /// Converts the field of view across the photo's longer side, in degrees, to a focal length in pixels.
 ///
-/// degrees  above 0, below 180
+/// degrees        above 0, below 180
+/// width, height  size of the photo in pixels
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);

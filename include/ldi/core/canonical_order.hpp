@@ -24,7 +24,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// first pixels have the same x and the same disparity.
 ///
 /// x, pixel              x and index of the run's first pixel
-/// other_x, other_pixel  the same of the other run
+/// other_x, other_pixel  the same for the other run
 /// disparity             disparity(pixel) returns the disparity of a first pixel; must not be NaN
 template <class Disparity>
 bool run_precedes(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other_pixel, Disparity&& disparity) {
@@ -73,7 +73,7 @@ inline buffer<std::int32_t> order_of_sound(const graph_view& g, std::span<const 
 
 }  // namespace detail
 
-/// Returns the order that makes a graph canonical: `order[new index] = old index`.
+/// Returns the canonical order of a graph's pixels: `order[new index] = old index`.
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
 ///            old order breaks ties. Raises mismatch for any other number of values, invalid_data for NaN at the first pixel of a

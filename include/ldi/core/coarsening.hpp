@@ -101,8 +101,8 @@ inline void link_kept_pixels(const graph_view& g, const level_columns& result, g
     }
 }
 
-/// Finds parents for those pixels of a run that are not kept. Tries the first path of corner_of_group() before it calls that
-/// function, because all links on this path almost always exist.
+/// Finds parents for the pixels of a run that are not kept. Tries the first path of corner_of_group() itself before it calls
+/// that function, because the links on this path almost always exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
@@ -180,8 +180,8 @@ inline coarsened coarsen_sound(const graph_view& g, orphan_rule orphans) {
 /// pixels have even coordinates.
 ///
 /// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches along links inside its 2 x 2
-/// group; from a pixel at odd x and odd y, the path up then left precedes left then up. `orphans` is the rule for pixels without
-/// such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
+/// group; from a pixel at odd x and odd y, the path up-left takes precedence over the path left-up. `orphans` is the rule for
+/// pixels without such a path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) { return detail::coarsen_sound(g, orphans); }
 /// Same, for a view of a graph. Raises mismatch if the view violates an invariant of `graph`, even in release builds.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {

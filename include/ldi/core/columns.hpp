@@ -112,8 +112,9 @@ using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
 template <payload_column Column>
 using values_of = std::array<typename Column::scalar, Column::channels>;
 
-/// Detects whether a tag has a member with the name of a rule, whatever its type. column_and_names inherits from the tag and from
-/// rule_names. If the tag has the name, too, the name is ambiguous in column_and_names, and the concept lacks_... is false.
+/// Detects whether a tag has a member with the name of a rule, whatever its type. column_and_names inherits from the tag and
+/// from rule_names. If the tag also has a member with this name, the name is ambiguous in column_and_names, and the concept
+/// lacks_... is false.
 struct rule_names {
     int new_pixel, coarser, at_vertex;
 };
@@ -226,7 +227,8 @@ std::size_t scalar_count(std::size_t pixels) {
 
 }  // namespace detail
 
-/// Red, green, blue as in the photo (sRGB), 0 to 255. Where known_column is 0, the color is meaningless until it is inpainted.
+/// Red, green, blue as in the photo (sRGB), 0 to 255. The color of a pixel whose known_column is 0 is meaningless until it is
+/// inpainted.
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
@@ -234,21 +236,22 @@ struct color_column {
 };
 
 /// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
-/// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
-/// color_column. Because nothing inpaints 16-bit colors, a hidden pixel keeps the color of the pixel whose surface it continues.
+/// Inpainting, the atlas and the renderers use color_column. make_photo3d() keeps a caller's color16_column in addition to
+/// color_column. Because nothing inpaints 16-bit colors, a hidden pixel keeps the color of the pixel whose surface it
+/// continues.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;
 };
 
-/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo. Hidden surfaces may lie
-/// slightly below 0, because they continue behind others.
+/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo. Disparities of hidden
+/// surfaces may be slightly below 0, because hidden surfaces continue behind other surfaces.
 struct disparity_column {
     using scalar = float;
     static constexpr std::size_t channels = 1;
 };
 
-/// 1 if the photo shows the color, 0 if it must be inpainted.
+/// 1 if the photo shows the pixel's color, 0 if the color must be inpainted.
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -258,7 +261,8 @@ struct known_column {
     }
 };
 
-/// Alpha matte near silhouettes: the fraction of the photo's color that the nearer surface contributes, as 0 to 255. 0 elsewhere.
+/// Alpha matte near silhouettes: the fraction of the photo's color that the nearer surface contributes, scaled to 0 to 255. 0
+/// elsewhere.
 struct matte_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;

@@ -2,10 +2,10 @@
 // Atlas Generation"), and inpaints without a network. Each unknown cell becomes the mean of its neighbors, which is the smoothest
 // interpolation of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
 //
-// Plain relaxation needs more rounds the wider a gap is. This code joins the linked cells of 2 x 2 blocks into coarser cells,
-// level by level, until every cell borders on a known one. It solves the coarsest level first. Each finer level starts from the
-// values of the coarser one, so that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so
-// results stay in the range of the known values.
+// The wider a gap is, the more rounds plain relaxation needs. This code therefore joins the linked cells of 2 x 2 blocks into
+// coarser cells, level by level, until every cell borders on a known cell. It solves the coarsest level first. Each finer level
+// starts from the values of the coarser level, so that a few rounds per level suffice (a cascadic multigrid). All steps are
+// weighted means, so results stay in the range of the known values.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -40,8 +40,8 @@ public:
     /// Allocates memory for `cells` cells. Optional; call it after start().
     void reserve(std::size_t cells) { levels_[0].reserve(cells + 1); }
 
-    /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several cells may share a
-    /// position.
+    /// Adds an unknown cell at (x, y), both 0 or more, and returns its number, starting at 1. Add cells in scanline order.
+    /// Several cells may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
     /// Adds a neighbor with known values to a cell, one value per channel.
@@ -85,7 +85,7 @@ public:
         }
     }
 
-    /// Returns the values of a cell after solve().
+    /// Returns the values of a cell after solve(), one per channel. The last entry is internal.
     const value_type& value(std::int32_t cell) const { return levels_[0].value[cell]; }
 
 private:
@@ -205,10 +205,10 @@ private:
         }
     }
 
-    /// Weight of a known neighbor on the next coarser level: inversely proportional to its distance; a neighboring joined cell
-    /// has weight 1. A joined cell is two cells wide, so it borders on two known cells per side. The centers of these known cells
-    /// are 1.5 cells away from its center; the center of a neighboring joined cell is 2 cells away. The two known cells together
-    /// therefore have weight 2 / 1.5, and each has weight 2 / 3.
+    /// Weight of a known neighbor on the next coarser level. Weights are inversely proportional to distance, and a neighboring
+    /// joined cell has weight 1. A joined cell is two cells wide, so it borders on two known cells per side. The centers of
+    /// these known cells are 1.5 cells away from its center; the center of a neighboring joined cell is 2 cells away. The two
+    /// known cells together therefore have weight 2 / 1.5, and each has weight 2 / 3.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;

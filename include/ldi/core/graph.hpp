@@ -1,6 +1,6 @@
-// The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
-// neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
-// one row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
+// The topology of a layered depth image: K pixels on a lattice, each with at most one neighbor per side. Any number of pixels
+// may share a position. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column
+// is one row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -74,7 +74,7 @@ public:
 
     /// Number of pixels K.
     std::size_t size() const { return x_.size(); }
-    /// Returns K in the type of ldi's indices.
+    /// Returns K as std::int32_t, the type of ldi's indices.
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
@@ -146,8 +146,8 @@ private:
 class graph_view final : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
-    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size, too_large for 2^31 pixels or
-    /// more.
+    /// Raises mismatch unless all columns have the same length, invalid_option for a negative width or height, too_large for
+    /// 2^31 pixels or more.
     ///
     /// x, y                   K positions on a lattice of width x height
     /// up, down, left, right  K neighbors each, an index below K or no_pixel

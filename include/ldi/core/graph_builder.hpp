@@ -57,7 +57,7 @@ public:
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
         if (size() >= detail::max_pixels) detail::refuse_pixel_count(size() + 1);
-        make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
+        make_room(x_), make_room(y_);  // reserves in all columns first, so that their lengths stay equal
         for (const side s : all_sides) make_room(column(s));
         x_.push_back(at_x), y_.push_back(at_y);
         for (const side s : all_sides) column(s).push_back(no_pixel);
@@ -71,8 +71,8 @@ public:
     }
     bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
 
-    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Asserts can_link(); building
-    /// a large graph would take a fifth longer if release builds checked it, too.
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Asserts can_link(). Release
+    /// builds do not check it, because building a large graph would take a fifth longer.
     void link(std::int32_t a, side s, std::int32_t b) {
         LDI_ASSERT(can_link(a, s, b));
         column(s)[a] = b, column(opposite(s))[b] = a;
@@ -89,12 +89,13 @@ public:
     /// Moves a pixel without checking its links. Asserts that the pixel exists. No function returns a writable view of a column,
     /// because the caller could change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
-    /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
-    /// direction, too. Asserts that the pixel and the side exist. Threads may set different pixels or sides at the same time.
+    /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller must also set the
+    /// opposite direction. Asserts that the pixel and the side exist. Threads may set different pixels or sides at the same
+    /// time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Returns the finished graph. Raises mismatch if it violates an invariant of `graph`, even in release builds; the builder
-    /// then remains unchanged. Linear time.
+    /// Returns the finished graph. Raises mismatch if an invariant of `graph` does not hold, even in release builds. After this
+    /// error, the builder is unchanged. Linear time.
     [[nodiscard]] graph build() && {
         if (const std::optional<violation> found = validate(view())) found->refuse("graph_builder");
         return graph(std::move(*this));

@@ -1,4 +1,4 @@
-// Result of the function that layered_image::grow() calls: a graph with added pixels, and the source of each of its pixels.
+// Result of the callback of layered_image::grow(): a graph with added pixels, and the source of each of its pixels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,7 +17,7 @@ struct grown_piece {
     bool is_new;
 };
 
-/// Result of the function that grow() calls.
+/// Result of the callback of layered_image::grow().
 struct grown_pixels {
     /// Graph of all pixels, old and new. The lattice may grow. Old pixels keep their positions, or all move by the same offset.
     /// grow() does not check this, because it would need a copy of all positions.
@@ -28,7 +28,7 @@ struct grown_pixels {
 
 namespace detail {
 
-/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
+/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old pixel.
 inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     const std::size_t new_count = grown.origins.size();
     if (grown.topology.size() != old_count + new_count) return false;

@@ -68,8 +68,8 @@ public:
 
     image_view() = default;
     /// data        first value of the first row; null only if the view is empty
-    /// row_stride  values, not bytes, from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large
-    ///             for impossible sizes, mismatch for a stride below W x C
+    /// row_stride  values, not bytes, from the start of a row to the start of the next; 0 for rows without gaps. Raises
+    ///             too_large for sizes beyond the address space, mismatch for a stride below W x C
     template <class T>
     requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
                                                                      std::size_t channels = 1, std::size_t row_stride = 0)
@@ -81,7 +81,7 @@ public:
         LDI_ASSERT(data != nullptr || empty());
     }
     /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics APIs. Raises mismatch
-    /// unless the stride is an integer number of values, at least W x C.
+    /// unless the stride is a whole number of values, at least W x C.
     template <class T>
     requires std::is_convertible_v<T (*)[], Scalar (*)[]> image_view(T* data, std::size_t height, std::size_t width,
                                                                      std::size_t channels, byte_stride stride)
@@ -126,10 +126,10 @@ inline constexpr bool is_image_view = false;
 template <class Scalar>
 inline constexpr bool is_image_view<image_view<Scalar>> = true;
 
-/// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
+/// An image that owns its H x W x C values, without gaps. Constructors raise too_large for sizes beyond the address space.
 ///
 /// A temporary image converts to a read-only view, so that it can be an argument. Therefore `image_view<const T> v = make();`
-/// compiles, too, but `v` then refers to a destroyed image. view() and row() of a temporary do not compile.
+/// also compiles, but `v` then refers to a destroyed image. view() and row() of a temporary do not compile.
 template <class Scalar>
 class image {
 public:

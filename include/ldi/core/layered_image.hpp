@@ -34,19 +34,19 @@ class layered_image;
 
 namespace detail {
 [[noreturn]] inline void refuse_link(std::int32_t a, std::int32_t b) {
-    raise(error_code::mismatch, "edit_links", "pixels one step apart, with free sides",
+    raise(error_code::mismatch, "edit_links", "pixels one step apart whose facing sides have no link",
           "pixels " + std::to_string(a) + " and " + std::to_string(b));
 }
 [[noreturn]] inline void refuse_side(side s) {
     raise(error_code::mismatch, "edit_links", "one of four sides", "side " + std::to_string(static_cast<int>(s)));
 }
 [[noreturn]] inline void refuse_pixel(std::int32_t pixel, std::int32_t count) {
-    raise(error_code::mismatch, "edit_links", "a pixel from 0 to " + std::to_string(count - 1), std::to_string(pixel));
+    raise(error_code::mismatch, "edit_links", "a pixel index from 0 to " + std::to_string(count - 1), std::to_string(pixel));
 }
 }  // namespace detail
 
-/// Adds and removes links, but does not change the pixels. edit_links() passes a link_editor to its callback, which must not use
-/// it after it returns.
+/// Adds and removes links, but does not change the pixels. edit_links() passes a link_editor to its callback. The link_editor
+/// is invalid after the callback returns.
 class link_editor {
 public:
     link_editor(const link_editor&) = delete;
@@ -94,7 +94,7 @@ private:
 ///     surfaces.column<normal>()[3 * i + 2]
 template <payload_column... Columns>
 class layered_image {
-    static_assert(detail::are_distinct<Columns...>, "a layered image has each column once");
+    static_assert(detail::are_distinct<Columns...>, "the columns of a layered image must be distinct");
     static_assert((detail::check_rules<Columns>() && ...));
 
 public:
@@ -120,7 +120,7 @@ public:
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
         };
-        (make(std::type_identity<Columns>{}), ...);  // first, so that `other` does not change if memory runs out
+        (make(std::type_identity<Columns>{}), ...);  // allocates first, so that `other` stays unchanged if memory runs out
         (take(std::type_identity<Columns>{}), ...);
         graph_ = std::move(other.graph_);
         other = {};
@@ -189,12 +189,12 @@ public:
         link_editor editor(r.links);
         edit(editor);
         if (size() > 0)
-            raise(error_code::mismatch, "edit_links", "no change of the image itself",
+            raise(error_code::mismatch, "edit_links", "no assignment to the image during the call",
                   "an assignment of " + std::to_string(size()) + " pixels");
     }
 
-    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, and if
-    /// memory runs out, the image is unchanged.
+    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. After this error, or
+    /// if memory runs out, the image is unchanged.
     void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
@@ -233,7 +233,7 @@ public:
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels",
                   std::to_string(old_count) + " old and " + std::to_string(grown.origins.size()) + " new pixels, " +
-                      std::to_string(grown.topology.size()) + " in the graph, and pieces that don't match");
+                      std::to_string(grown.topology.size()) + " in the graph, with pieces or origins that do not match");
         if (grown.topology.width() < width || grown.topology.height() < height)
             raise(error_code::mismatch, "grow", "a lattice of at least " + std::to_string(width) + " x " + std::to_string(height),
                   std::to_string(grown.topology.width()) + " x " + std::to_string(grown.topology.height()));
@@ -298,8 +298,8 @@ private:
 /// Layered image of a photo.
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
 
-/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Disparities of a photo are in [0, 1]. Hidden
-/// surfaces may lie slightly below 0, because they continue behind others.
+/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Disparities of a photo are in [0, 1].
+/// Disparities of hidden surfaces may be slightly below 0, because hidden surfaces continue behind other surfaces.
 template <has_column<disparity_column> Layers>
 std::optional<violation> validate(const Layers& layers) {
     if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;

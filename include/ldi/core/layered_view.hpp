@@ -28,7 +28,7 @@ inline constexpr bool is_layered_view<layered_view<Columns...>> = true;
 /// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept a layered_view.
 template <payload_column... Columns>
 class layered_view {
-    static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
+    static_assert(detail::are_distinct<Columns...>, "the columns of a layered view must be distinct");
 
 public:
     template <class Column>

@@ -1,4 +1,4 @@
-// Properties of a photo that its pixels don't contain. They accompany the layered image; stages read the parts that they need.
+// Properties of a photo that its pixels don't contain. Stages receive these facts in addition to the layered image.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -17,13 +17,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// within the window. The value is the middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
-/// The camera and the depth of a photo, and the extent of its hidden surfaces. Stages accept the facts in addition to the layers.
+/// The camera and the depth range of a photo, and the extent of its hidden surfaces.
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0; see depth_range for their unit
     surface_rule surface{};   ///< rule for whether neighbors belong to one surface
-    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a fraction of the photo's longer side; 0 if
-    /// there are no hidden surfaces.
+    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces are wide enough, as a fraction of the photo's longer
+    /// side; 0 if there are no hidden surfaces.
     float motion = 0.0F;
     /// Width of the lattice's margin around the photo, in pixels (occlusion/past_frame.hpp); 0: surfaces end at the photo's
     /// border.
@@ -45,8 +45,8 @@ struct photo_facts {
 /// Upper bounds, in pixels and in disparity, on the errors that the default tolerances of the mesh cause. Hidden surfaces, and
 /// the strips that extend them (mesh/detail/hems.hpp), are wide enough to cover these errors. mesh_pixels: where two surfaces
 /// separate, each outline may be off by one pixel (mesh/simplify.hpp). mesh_disparity: at least the sum of the disparity
-/// tolerances in mesh/simplify.hpp and mesh/studs.hpp. They are in core because expand() and grow_past_frame() also depend on
-/// them, and occlusion/ and mesh/ do not include each other.
+/// tolerances in mesh/simplify.hpp and mesh/studs.hpp. Both constants are in core because expand() and grow_past_frame() also
+/// depend on them, and occlusion/ and mesh/ do not include each other.
 inline constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
 /// Returns the maximum parallax between disparities 0 and 1, in pixels.

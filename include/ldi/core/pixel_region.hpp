@@ -82,13 +82,13 @@ private:
 
     std::int32_t width_ = 0;
     buffer<run> runs_;
-    buffer<std::int32_t> row_ends_;  // number of runs up to the end of each row
+    buffer<std::int32_t> row_ends_;  // number of runs in each row and all rows above it
 };
 
 /// Makes a pixel_region row by row: call add_run() from left to right, then end_row(), and build() after the last row.
 class pixel_region_builder {
 public:
-    /// width  of the lattice; raises invalid_option if negative or above 2^30
+    /// width  width of the lattice, 0 to 2^30; raises invalid_option for any other width
     explicit pixel_region_builder(std::int32_t width) {
         if (width < 0 || width > 1 << 30)
             raise(error_code::invalid_option, "pixel_region_builder", "a width from 0 to 2^30", std::to_string(width));
@@ -115,7 +115,8 @@ public:
     }
     void end_row() { made_.row_ends_.push_back(made_.runs_.count()); }
 
-    /// Returns the region. Raises mismatch unless end_row() followed the last run; the builder then remains unchanged.
+    /// Returns the region. Raises mismatch unless end_row() was called after the last run. After this error, the builder is
+    /// unchanged.
     [[nodiscard]] pixel_region build() && {
         if (made_.runs_.count() != made_.first_run(made_.height()))
             raise(error_code::mismatch, "pixel_region_builder", "end_row() after the last run", "none");
@@ -138,7 +139,7 @@ inline pixel_region halved(const pixel_region& region) {
     return std::move(result).build();
 }
 
-/// Returns for each pixel (x, y) the number of the pixel (x / 2, y / 2) of the halved region, or no_pixel.
+/// Returns for each pixel (x, y) of `region` the number of the pixel (x / 2, y / 2) of `half`, the halved region, or no_pixel.
 inline buffer<std::int32_t> parents(const pixel_region& region, const pixel_region& half) {
     buffer<std::int32_t> result(region.size(), unset);
     for (std::int32_t y = 0; y < region.height(); ++y) {

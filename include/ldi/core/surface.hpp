@@ -15,7 +15,8 @@ inline constexpr float min_hidden_step = 1.001F;
 /// of surface_rule::max_step.
 inline constexpr float max_joined_step = 1.0F + min_hidden_step;
 
-/// Part of photo_facts; lift() and all later stages must use the same rule.
+/// Decides whether neighboring pixels belong to one surface. Part of photo_facts: lift() and all later stages must use the same
+/// rule.
 struct surface_rule {
     /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp). 0 or more;
     /// make_photo3d() requires 0.001 to 1.

@@ -1,4 +1,4 @@
-// Traces the discontinuities of a depth map along the sides of pixels, from corner to corner of the lattice.
+// Traces the discontinuities of a depth map along the sides of pixels. Curves lead from corner to corner of the lattice.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -34,7 +34,8 @@ public:
         present_.assign(static_cast<std::size_t>(corners), 0);
     }
 
-    /// Adds the pixel side between a corner and the next one, which must be on the lattice. The side must not be present.
+    /// Adds the pixel side from a corner to the adjacent corner in direction `toward`. Both corners must be on the lattice, and
+    /// the side must not be present.
     void add(std::int32_t corner, side toward) {
         LDI_ASSERT((present_[corner] & bit(toward)) == 0);
         if (present_[corner] == 0) used_.push_back(corner);
@@ -48,8 +49,8 @@ public:
     /// Size of the lattice in pixels.
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
-    /// The corners at which a side was ever present, in the order of their first sides. May list a corner twice, if all its sides
-    /// were removed before add() added another one.
+    /// The corners that have sides, or had sides before remove(), in the order in which add() reached them. Lists a corner
+    /// twice if all its sides were removed and add() then added another side.
     const buffer<std::int32_t>& used() const { return used_; }
     /// Number of sides that are present.
     std::size_t side_count() const { return side_count_; }
@@ -58,7 +59,7 @@ public:
     /// Lattice point of a corner.
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
-    /// Returns the adjacent corner in a direction. It must be on the lattice.
+    /// Returns the adjacent corner in direction `toward`, which must be on the lattice.
     std::int32_t next(std::int32_t c, side toward) const { return c + step_x(toward) + step_y(toward) * stride_; }
     /// Whether the side that leaves the corner in this direction is present.
     bool has(std::int32_t c, side toward) const { return (present_[c] & bit(toward)) != 0; }
@@ -101,6 +102,7 @@ class curve_tracer {
 public:
     /// width, height     size of the map; raises the errors of corner_map
     /// disparity         width * height values, row by row; must outlive the tracer. Raises mismatch for any other number
+    /// surface           decides whether two pixels that meet diagonally at a corner belong to one surface
     /// is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
     template <class IsCut>
     curve_tracer(std::int32_t width, std::int32_t height, std::span<const float> disparity, surface_rule surface, IsCut&& is_cut)
@@ -155,7 +157,7 @@ public:
                 if (left.has(corner, s)) visit(follow(left, corner, s));
     }
 
-    /// The corners with the sides of all curves.
+    /// Returns a map with the sides of all curves.
     const corner_map& corners() const { return all_; }
 
     /// Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
@@ -176,8 +178,9 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    /// Returns the direction in which a curve leaves a corner that it reaches from direction `from`. Where two curves pass each
-    /// other, each turns around a pixel of the back surface, because the pixels of the front surface stay connected.
+    /// Returns the direction in which a curve leaves a corner that it reaches from direction `from`. If two curves pass each
+    /// other at the corner, each curve turns around a pixel of the back surface, so that the pixels of the front surface stay
+    /// connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)

@@ -25,12 +25,12 @@ enum class invariant {
 
 constexpr std::string_view to_string(invariant i) {
     switch (i) {
-        case invariant::inside_lattice: return "position inside the lattice";
-        case invariant::neighbor_in_range: return "neighbor index in range";
+        case invariant::inside_lattice: return "positions inside the lattice";
+        case invariant::neighbor_in_range: return "neighbor indices in range";
         case invariant::mutual_links: return "mutual links";
-        case invariant::one_step_away: return "neighbor one step away";
-        case invariant::canonical_order: return "canonical order";
-        case invariant::disparity_in_range: return "disparity in [-1, 1]";
+        case invariant::one_step_away: return "neighbors one step away";
+        case invariant::canonical_order: return "pixels in canonical order";
+        case invariant::disparity_in_range: return "disparities in [-1, 1]";
     }
     return "unknown invariant";
 }
@@ -74,8 +74,8 @@ inline std::optional<violation> validate(const graph_view& g) {
     return std::nullopt;
 }
 
-/// Raises mismatch if an invariant of a view's graph does not hold, in release builds, too. Stages that follow the links of a
-/// view call this function, because ldi does not own the view's memory. Functions for single pixels, such as gather_window(), do
+/// Raises mismatch if a view violates an invariant of `graph`, even in release builds. Stages that follow the links of a view
+/// call this function, because ldi does not own the view's memory. Functions for single pixels, such as gather_window(), do
 /// not. Linear time.
 ///
 /// where  name of the function that requires the invariants

@@ -20,7 +20,7 @@ inline constexpr std::int32_t max_kernel_size = 15;
 namespace detail {
 
 /// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. If
-/// there are four neighbors, only two paths inside the window lead to each corner, both of two links.
+/// the center has four neighbors, exploration reaches each corner of the window by one of only two paths, both of two links.
 inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
     const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
     if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
@@ -40,17 +40,18 @@ inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::sp
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
-/// g            valid (check_topology()); nothing checks it, because the check takes far longer than a window
+/// g            graph whose invariants hold (check_topology()); gather_window() does not check them, because the check would
+///              take far longer than the exploration
 /// kernel_size  odd, 1 to max_kernel_size; raises invalid_option for any other size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no path of links inside the window leads
 ///              there
 ///
 /// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
-/// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
-/// explored. If equally long paths lead to different layers, the first step at which the paths differ therefore decides: up
-/// precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the window of j
-/// does not contain i.
+/// links up, down, left, right in this order. The first pixel that reaches an element occupies it; exploration skips all other
+/// pixels at that position. If equally long paths lead to different layers, the first step at which the paths differ therefore
+/// decides: up precedes down, then left, then right. The relation is not symmetric: the window of i may contain j although the
+/// window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     if (kernel_size < 1 || kernel_size > max_kernel_size || kernel_size % 2 == 0) detail::refuse_kernel_size(kernel_size);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
@@ -58,7 +59,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
     if (kernel_size == 3 && detail::gather_small_window(g, pixel, window)) return;
 
-    // The window with a border of elements that count as reached, so that exploration ends at the border.
+    // The window, with a border of elements that count as reached. Exploration ends at this border.
     constexpr std::int32_t border = 0;
     const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
     std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;

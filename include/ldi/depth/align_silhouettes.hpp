@@ -1,13 +1,13 @@
-// Moves silhouettes to the photo's edges. Depth maps are coarser than the photo, and their edges are off by a sample or two. A
-// strip of the background then sticks to the foreground, or a strip of the foreground to the background. Both become visible when
-// the camera moves.
+// Moves silhouettes to the photo's edges. Depth maps are coarser than the photo, and their edges are off by a sample or two.
+// Therefore, a strip of the background sticks to the foreground, or a strip of the foreground to the background. Both become
+// visible when the camera moves.
 //
-// A band of pixels surrounds each discontinuity curve. In its middle, up to the depth map's uncertainty on either side of the
-// curve, the silhouette may be anywhere. The pixels outside the middle supply color models of the front and the back surface.
-// The best cut through the middle separates front colors from back colors, follows contrast, and has no jumps. It is a shortest
-// path, found by dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section "Border matting".
-// Junctions and ends of curves do not move, except that ends at the photo's border may move along it. Pixels between the old
-// curve and the new one change sides.
+// A band of pixels surrounds each discontinuity curve. In the middle of the band, within the depth map's uncertainty on either
+// side of the curve, the silhouette may be anywhere. The pixels outside the middle supply color models of the front and the
+// back surface. The best cut through the middle separates front colors from back colors, follows contrast, and has no jumps. It
+// is a shortest path, found by dynamic programming, like the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section
+// "Border matting". Junctions and ends of curves do not move, except that ends at the photo's border may move along it. Pixels
+// between the old curve and the new one change sides.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -35,7 +35,7 @@ struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. If
     /// samples of the depth map are wider than a pixel, make_photo3d() multiplies this option and min_length by their width.
     float uncertainty = 3.0F;
-    /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
+    /// Cost of moving sideways by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
     float stiffness = 1.5F;
     /// Curves with fewer pixel sides than this do not move.
@@ -95,7 +95,7 @@ public:
 private:
     static constexpr float impossible = 1e6F;
     static constexpr float noise = 6.0F;         // standard deviation of camera and JPEG noise, in gray levels
-    static constexpr float max_evidence = 3.0F;  // maximum log-likelihood ratio of a pixel, so that an outlier does not decide
+    static constexpr float max_evidence = 3.0F;  // maximum log-likelihood ratio of a pixel; limits outliers
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -260,6 +260,7 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// Moves the silhouettes of a disparity map to the edges of the photo, in place.
 ///
 /// disparity  H x W x 1, finite, with steps where one surface hides another
+/// surface    rule that decides whether neighboring pixels belong to one surface
 /// photo      H x W x 3
 ///
 /// Raises mismatch unless the images have these shapes, invalid_data for disparities that are not finite, too_large for 2^31

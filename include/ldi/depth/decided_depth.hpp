@@ -36,7 +36,8 @@ struct decided_depth {
 };
 
 /// Moves silhouettes onto the photo's edges with align_silhouettes(). Lengths in `options` are for a depth map with the photo's
-/// resolution; for a coarser map, they are multiplied by its sample size, the uncertainty to at most 256 pixels.
+/// resolution. For a coarser map, decide() multiplies them by the map's sample size, and limits the uncertainty to 256 pixels.
+/// Raises invalid_option for a sample_size outside [1, 16], and the errors of align_silhouettes().
 struct aligned_silhouettes {
     alignment_options options;
 

@@ -1,9 +1,10 @@
-// Levels the dips beside the steps of a depth map. Depth networks often place the background too far away in a narrow ring around
-// an object. The outer edge of this dip is a second step. No object ends at this step, but it tears the background apart.
+// Levels the dips beside the steps of a depth map. Depth networks often place the background too far away in a narrow ring
+// around an object. The outer edge of this ring is a second step. No object ends at this step, but it tears the background
+// apart.
 //
-// Uses a morphological closing, which raises every valley that is narrower than its window to the lower of the valley's sides
-// (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts of an
-// object is much deeper, and remains.
+// Uses a morphological closing, which raises every valley that is narrower than the filter window to the lower of the valley's
+// sides (Serra, "Image Analysis and Mathematical Morphology", 1982). Only shallow valleys are raised: a gap between two parts
+// of an object is much deeper, and remains.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

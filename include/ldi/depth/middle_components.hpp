@@ -105,7 +105,7 @@ inline small_components find_small_components(const image_components& components
         size[label] += components.runs[r].size(), ++run_count[label];
     }
     small_components result;
-    buffer<std::size_t> next(size.size());  // index of a component's next run
+    buffer<std::size_t> next(size.size());  // index in result.runs for each component's next run
     std::size_t total = 0;
     for (std::int32_t label = 0; label < size.count(); ++label) {
         if (size[label] >= min_size) continue;
@@ -203,10 +203,11 @@ private:
 /// Merges small components at middle values with a neighboring surface. Returns the number of merged components.
 ///
 /// disparity  H x W x 1, changed in place
+/// surface    rule that decides whether neighboring pixels belong to one surface
 ///
-/// A component of fewer than `min_size` pixels may touch both nearer and farther pixels. It then gets the disparities of the
-/// group with which it shares more pixel sides, or of the farther pixels in case of a tie. These disparities spread inward from
-/// the shared pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground
+/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparities of the group
+/// with which it shares more pixel sides, or of the farther pixels in case of a tie. These disparities spread inward from the
+/// shared pixel sides. A component that touches only nearer or only farther pixels is a small hole or a small foreground
 /// object, not a middle value, and does not change. Time is linear, except that each pixel of a small component requires binary
 /// searches among the runs of a row. Memory is up to 60 bytes per pixel. Raises mismatch for another number of channels,
 /// too_large for 2^31 pixels or more.

@@ -1,5 +1,5 @@
-// Decides silhouettes with a network: beside sharp steps, it assigns each pixel to the front or the back surface. The pixel then
-// gets the depth of nearby pixels of that surface that the step does not blur.
+// Decides silhouettes with a network: beside sharp steps, it assigns each pixel to the front or the back surface. The pixel
+// then gets the depth of nearby pixels that belong to this surface and have no blurred depth.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -28,23 +28,24 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <class Network>
 class network_decider {
 public:
-    /// network    nullptr selects aligned_silhouettes, so that a program can let its user choose between the two deciders
+    /// network    the network, or nullptr to use aligned_silhouettes instead
     /// alignment  options of aligned_silhouettes
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
-    /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of depth/step_band.hpp)
-    /// lie on one of the two surfaces, not between them. If depth samples are no larger than pixels, aligned_silhouettes decides
-    /// instead, because such depth locates silhouettes better than the network does. Time and memory are linear in the number of
-    /// pixels, regardless of their disparities. Raises mismatch if the images do not have the shapes that undecided_depth
-    /// documents.
+    /// Decides the silhouettes of a depth map. In the result, disparities beside sharp steps (in the band of
+    /// depth/step_band.hpp) lie on one of the two surfaces, not between them. If depth samples are no larger than pixels,
+    /// aligned_silhouettes decides instead, because such depth locates silhouettes better than the network does. Time and
+    /// memory are linear in the number of pixels, regardless of their disparities. Raises mismatch if the images do not have
+    /// the shapes that undecided_depth documents, invalid_option for a sample_size outside [1, 16], and the errors of
+    /// find_step_band().
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
         detail::check_map_and_photo(depth.disparity, depth.photo, "network_decider");
         detail::check_sample_size(depth.sample_size);
         if (depth.estimated.empty() || depth.estimated.channels() != 1)
-            raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with pixels",
+            raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with at least one pixel",
                   detail::shape_text(depth.estimated));
         const step_band band = find_step_band(depth.disparity, {.min_step = min_step});
         decided_depth result;

@@ -20,18 +20,18 @@ struct normalize_options {
     /// compress all other values. Tuned by experiment.
     float clipped_share = 0.001F;
     /// Relative difference between adjacent levels of a quantized source, at least 0: exp(0.0187) - 1 for Tiefenrausch, whose 8
-    /// bits encode the logarithm of disparity; 0 for a source with fine levels.
+    /// bits encode the logarithm of disparity; 0 for a source that is not quantized.
     float relative_step = 0.0F;
-    /// Maximum size of a quantization step in the result, above 0 and well below the discontinuity threshold of 0.05. In a scene
-    /// as flat as a wall, one step would be a large part of the range; normalize() then extends the range, and disparity does not
-    /// reach 0.
+    /// Maximum size of a quantization step in the result, above 0 and well below the discontinuity threshold of 0.05. In a flat
+    /// scene, such as a wall, one step would be a large part of the range. normalize() then extends the range, so that
+    /// disparity does not reach 0.
     float max_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, the source is 1 / depth only
     /// up to scale and shift, and `assumed_range` replaces the unknown distances.
     bool is_inverse_depth = true;
-    /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
+    /// Whether the source is 1 / depth in meters, so that distances are known. Has no effect if is_inverse_depth is false.
     bool is_metric = false;
-    /// Distances that are used if the source does not determine them, with 1e-6 <= z_near <= z_far <= 1e9.
+    /// Distances to use if the source does not determine them, with 1e-6 <= z_near <= z_far <= 1e9.
     depth_range assumed_range = {};
     /// Maximum ratio of the farthest to the nearest distance, 1 to 1e6. Larger ratios are clamped, because disparity near the
     /// horizon is mostly noise.

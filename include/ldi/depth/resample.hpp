@@ -23,9 +23,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Larger sigmas smooth more noise and lose more thin objects. The defaults were tuned by experiment.
 struct resample_options {
-    /// Standard deviation of the Gaussian weight over distance, in samples of the disparity map.
+    /// Standard deviation of the Gaussian weight over distance, in samples of the disparity map; above 0.
     float spatial_sigma = 1.2F;
-    /// Standard deviation of the Gaussian weight over color difference, in gray levels (Euclidean over the three channels).
+    /// Standard deviation of the Gaussian weight over color difference, in gray levels (Euclidean over the three channels);
+    /// above 0.
     float color_sigma = 20.0F;
 };
 
@@ -190,7 +191,7 @@ private:
     }
 
     // Sets pixels to the weighted median of a window, smoothed by a weighted mean over the samples on the median's surface.
-    // exp(-a) is approximated by (1 - a/32 + a^2/2048)^32.
+    // Approximates exp(-e) by (1 - e/32 + e^2/2048)^32.
     void set_medians(const window& around, const four_pixels& pixels) const noexcept {
         const four_floats x = load(pixels.x.data()), y = load(pixels.y.data()), red = load(pixels.red.data()),
                           green = load(pixels.green.data()), blue = load(pixels.blue.data());
@@ -274,10 +275,10 @@ private:
 /// surface    rule that decides whether neighboring samples belong to one surface
 ///
 /// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
-/// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
-/// If the map is at least as fine as the photo, each pixel gets its nearest sample instead. Raises mismatch for empty images or
-/// wrong numbers of channels, invalid_data for disparities that are not finite, invalid_option if a sigma is not above 0. Linear
-/// time; 4 bytes per pixel and 16 per sample.
+/// the 7 x 7 samples around it, weighted by distance and color similarity, and then smoothed over the samples on the median's
+/// surface. If the map is at least as fine as the photo, each pixel gets its nearest sample instead. Raises mismatch for empty
+/// images or wrong numbers of channels, invalid_data for disparities that are not finite, invalid_option if a sigma is not
+/// above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {

@@ -1,16 +1,18 @@
 // Sharpens blurred depth edges into steps at the resolution of the depth map. Depth networks and phones spread a step over many
 // samples, so that neighbors differ too little to count as a discontinuity.
 //
-// Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement
-// of digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
-// the largest value around them, convex regions the smallest, until both meet where the edge was steepest. The filter works only
-// where disparity changes much within a few samples and little beyond them; slopes do not change.
+// Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for
+// enhancement of digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990):
+// concave regions get the largest value around them, convex regions the smallest, until both meet where the edge was steepest.
+// The filter changes only edges: places where disparity changes a lot within a few samples and little beyond them. Slopes
+// remain.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/depth/detail/check_map.hpp>
@@ -24,12 +26,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were tuned on ground-truth depth maps that were blurred to resemble a network's depth maps.
 struct sharpen_options {
-    /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
+    /// Maximum blur of an edge, in samples on either side, 0 to 64. 0 disables sharpening.
     int radius = 3;
-    /// Minimum change in disparity within the radius, as a multiple of surface_rule::max_step.
+    /// Minimum change in disparity within the radius, as a multiple of surface_rule::max_step, at least 0.
     float min_change = 3.0F;
-    /// Minimum ratio of the change within the radius to the change within twice the radius. A uniform slope has a ratio of one
-    /// half.
+    /// Minimum ratio of the change within the radius to the change within twice the radius, at least 0. A uniform slope has a
+    /// ratio of one half.
     float min_share = 0.7F;
 };
 
@@ -135,8 +137,8 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 /// disparity  h x w x 1, finite, for example the output of a network or a phone
 /// surface    rule that decides whether neighboring samples belong to one surface
 ///
-/// Raises mismatch for another number of channels, invalid_data for values that are not finite, invalid_option if the radius is
-/// below 0 or above 64. Time is proportional to the number of samples times the radius. Memory is 40 bytes per sample.
+/// Raises mismatch for another number of channels, invalid_data for values that are not finite, invalid_option if an option is
+/// out of range. Time is proportional to the number of samples times the radius. Memory is 40 bytes per sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
@@ -144,6 +146,10 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
     detail::check_finite(disparity, "sharpen_edges");
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "sharpen_options::radius", "0 to 64", std::to_string(options.radius));
+    for (const float limit : {options.min_change, options.min_share})
+        if (!(limit >= 0.0F))
+            raise(error_code::invalid_option, "sharpen_options", "min_change and min_share of at least 0",
+                  detail::to_text(limit));
     image<float> map(disparity);
     if (options.radius == 0 || map.empty()) return map;
     const image<float> zone = detail::sharpen::edge_zone(map, surface, options, threads);

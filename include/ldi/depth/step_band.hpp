@@ -26,9 +26,9 @@ struct step_band_options {
 
 /// Radius of the disk, in pixels, whose extreme disparities are the front and back of a curve pixel.
 inline constexpr std::int32_t step_sides_radius = 4;
-/// The network decides pixels up to this distance from a curve.
+/// Maximum distance from a curve, in pixels, of the pixels that the network decides.
 inline constexpr std::int32_t step_band_radius = 12;
-/// The network reads pixels up to this distance from a curve.
+/// Maximum distance from a curve, in pixels, of the pixels that the network reads.
 inline constexpr std::int32_t step_region_radius = 16;
 
 /// Pixels within step_region_radius of a curve.
@@ -56,12 +56,12 @@ struct step_band {
 ///
 /// disparity  H x W x 1, finite
 ///
-/// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
-/// least min_step. Distances are Euclidean and exact. If several curve pixels are equally near, the leftmost one counts, or the
-/// upper one of two in the same column. Linear time: up to 33 operations on 16-bit numbers per pixel within step_region_radius
-/// rows and columns of a curve. 6 bytes per pixel, and 20 per pixel of the region. Raises mismatch for another number of
-/// channels, invalid_data for values that are not finite, invalid_option for a max_step below 0 or a min_step of 0 or less,
-/// too_large for 2^31 pixels or more.
+/// A pixel lies on a curve if its disparity and that of a neighbor differ by more than max_step, and if the extreme disparities
+/// within step_sides_radius differ by at least min_step. Distances are Euclidean and exact. If several curve pixels are equally
+/// near, the leftmost one counts, or the upper one of two in the same column. Linear time: up to 33 operations on 16-bit
+/// numbers per pixel within step_region_radius rows and columns of a curve. Memory is 6 bytes per pixel, and 20 per pixel of
+/// the region. Raises mismatch for another number of channels, invalid_data for values that are not finite, invalid_option for
+/// a max_step below 0 or a min_step of 0 or less, too_large for 2^31 pixels or more.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -90,9 +90,9 @@ public:
 private:
     static constexpr std::int32_t radius = step_region_radius;
     static constexpr std::uint8_t beyond = radius + 1;
-    /// Keys combine a candidate's squared distance and its column in one number, so that one minimum finds both.
+    /// A key combines the squared distance and the column of a curve pixel in one number, so that one minimum finds both.
     static constexpr std::int32_t column_bits = 6;
-    static constexpr std::uint16_t far_key = 49000;  // no candidate nearby
+    static constexpr std::uint16_t far_key = 49000;  // no curve pixel nearby
 
     void find_curves() {
         buffer<std::uint8_t> stepped(disparity_.width(), 0);
@@ -141,7 +141,7 @@ private:
         return result;
     }
 
-    /// Computes the distance from each pixel down to the next curve pixel, at most `beyond`.
+    /// Computes the distance from each pixel to the next curve pixel below it in the same column, at most `beyond`.
     void measure_below() {
         for (std::int32_t y = height_ - 1; y-- > 0;) {
             std::uint8_t* const here = below_.row(y);
@@ -177,8 +177,8 @@ private:
                                                             [](std::uint16_t key) { return key != far_key; });
             const std::int32_t column = static_cast<std::int32_t>(found - columns.begin()) - radius;
             if (column == width_) return;
-            // The range contains all columns within `radius` of a column with a candidate. It ends at the first gap of more than
-            // 2 * radius columns without a candidate.
+            // The range contains all columns within `radius` of a column with a curve pixel nearby. It ends at the first gap of
+            // more than 2 * radius columns without a curve pixel nearby.
             const std::int32_t first = (std::max)(x, column - radius);
             last = column + 1;
             for (std::int32_t u = last; u < (std::min)(width_, last + 2 * radius + 1); ++u)

@@ -1,11 +1,11 @@
-// The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). Among the 5 x 5 samples
-// around a pixel, sorted by value, it selects the sample for which the sum of the weights before it is closest to the sum of the
-// weights after it. Weights decrease with the disparity difference from the center. Samples next to an edge have zero weight,
-// which forces a decision between the two sides.
+// The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). The filter sorts the
+// 5 x 5 samples around a pixel by value. It selects the sample for which the total weight of the smaller values is closest to
+// the total weight of the larger values. Weights decrease with the disparity difference from the center. Samples next to an
+// edge have zero weight, which forces a decision between the two sides.
 //
-// Sorting networks filter four pixels at once. They sort columns of five samples and merge pairs of columns; neighboring windows
-// share both. For each window, they then merge two pairs and a column. A sample's weight depends only on its value, so only
-// values are sorted.
+// Sorting networks process four pixels at once. They sort columns of five samples and merge pairs of columns. Neighboring
+// windows share the sorted columns and pairs. For each window, the networks then merge two pairs and a column. A sample's
+// weight depends only on its value, so only values are sorted.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -28,7 +28,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of weighted_median().
 struct weighted_median_options {
-    /// Standard deviation of the Gaussian weight over the disparity difference from the center.
+    /// Standard deviation of the Gaussian weight over the disparity difference from the center, above 0.
     float sigma = 0.2F;
 };
 
@@ -159,7 +159,8 @@ struct sorted_columns {
     // Filters the four pixels whose windows start at columns x to x + 3.
     //
     // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one: the sums of the 12 weights on
-    // either side differ by less than 24/26, and for every other sample the sums differ by more. The plain median is then exact.
+    // either side differ by less than 24/26. For every other sample, the sums differ by more. The weighted median then equals
+    // the plain median.
     four_floats filter(std::size_t x, four_floats center, float sigma) const noexcept {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
@@ -221,6 +222,7 @@ private:
 /// Applies the weighted median. Returns H x W x 1.
 ///
 /// disparity  H x W x 1, finite
+/// surface    rule that decides whether neighboring samples belong to one surface
 ///
 /// Samples next to another surface (left, right, above or below), and samples outside the image, have zero weight. A pixel keeps
 /// its value if all weights are zero. Raises mismatch for another number of channels, invalid_data for values that are not

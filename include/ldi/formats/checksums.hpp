@@ -32,7 +32,7 @@ inline crc32_rows make_crc32_rows() {
 
 }  // namespace detail
 
-/// Continues a CRC-32: returns the checksum of all bytes so far.
+/// Continues a CRC-32 with more bytes. Returns the checksum of the preceding bytes and these bytes.
 ///
 /// before  checksum of the preceding bytes; 0 if there are none
 inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {

@@ -1,4 +1,4 @@
-// Reads an inpainting network from the bytes of a safetensors file. The metadata state the kind of network.
+// Reads an inpainting network from the bytes of a safetensors file. The file's metadata specifies the kind of network.
 // examples/training/farbrausch/export.py writes Farbrausch, and examples/training/partial_convolution.py writes the full-size
 // PartialConv. io/weight_files.hpp loads both from files.
 #pragma once
@@ -29,7 +29,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
 /// Raises the errors of decode_safetensors() and of farbrausch's constructor, and mismatch or unsupported if the metadata
-/// describe a different kind of network.
+/// describes a different kind of network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                              std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
 
@@ -42,17 +42,18 @@ inline missing_colors parse_missing_colors(const named_tensors& file) {
     if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
     if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
     raise(error_code::mismatch, file.where, "an inpainting network (name farbrausch or partial_convolution in its metadata)",
-          name == file.metadata.end() ? "none" : printable(name->second));
+          name == file.metadata.end() ? "no name" : printable(name->second));
 }
 
-/// Reads the architecture from the metadata, which must describe a network that farbrausch can compute.
+/// Reads the architecture from the metadata. Raises mismatch for missing metadata, invalid_data for metadata that is not valid
+/// JSON, and unsupported for a network that farbrausch cannot compute.
 inline inpainting_architecture parse_inpainting_architecture(const named_tensors& file, const std::string& where) {
     inpainting_architecture result;
     result.missing = parse_missing_colors(file);
     const bool has_fills = result.missing == missing_colors::filled;
     const auto found = file.metadata.find("architecture");
     if (found == file.metadata.end())
-        raise(error_code::mismatch, where, "an inpainting network, with its architecture in the metadata", "none");
+        raise(error_code::mismatch, where, "an inpainting network's architecture in the metadata", "no such entry");
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 

@@ -44,7 +44,7 @@ inline std::optional<std::size_t> whole_number(std::string_view text) {
     return value;
 }
 
-/// Header of a file whose values are floats.
+/// Header of a PFM or NPY file.
 struct float_map_header : picture_header {
     std::size_t begin = 0, item = sizeof(float);  ///< offset of the values and size of a value, in bytes
     bool is_swapped = false, columns_first = false;
@@ -77,7 +77,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
         field = std::string_view(reinterpret_cast<const char*>(bytes.data()) + first, at - first);
     }
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
-    if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
+    if (!width || !height || *width == 0 || *height == 0) broken("no size in the header");
     // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which this reader ignores.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
@@ -91,7 +91,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// Decodes a PFM file to H x W x 1 and leaves the values as stored. `where` names the file in messages. Raises invalid_data.
+/// Decodes a PFM file to H x W x 1 without changing the values. `where` names the file in messages. Raises invalid_data.
 inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_pfm_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -137,7 +137,7 @@ inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     return shape;
 }
 
-/// Drops axes of length 1, first from the end, then from the front, until two axes remain.
+/// Removes axes of length 1 until two axes remain, first from the end, then from the front.
 inline void drop_unit_axes(buffer<std::size_t>& shape) {
     while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
     while (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
@@ -162,13 +162,13 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
     header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
     const std::string_view order = npy_field(dictionary, "'fortran_order'");
     header.columns_first = order.substr(0, 4) == "True";
-    if (!header.columns_first && order.substr(0, 5) != "False") broken("no fortran_order in its header");
+    if (!header.columns_first && order.substr(0, 5) != "False") broken("no fortran_order in the header");
     std::optional<buffer<std::size_t>> shape = npy_shape(npy_field(dictionary, "'shape'"));
-    if (!shape) broken("no shape in its header");
+    if (!shape) broken("no shape in the header");
     drop_unit_axes(*shape);
     if (shape->size() != 2 || (*shape)[0] == 0 || (*shape)[1] == 0)
-        raise(error_code::unsupported, where, "a map of height x width",
-              std::to_string(shape->size()) + " axes, or an empty one");
+        raise(error_code::unsupported, where, "a nonempty map with two axes, height and width",
+              std::to_string(shape->size()) + " axes, or an axis of length 0");
     header.format = picture_format::npy;
     header.height = (*shape)[0], header.width = (*shape)[1];
     header.begin = begin + length, header.item = is_float32 ? 4 : 8;
@@ -177,8 +177,8 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// Decodes an NPY file to H x W x 1 and leaves the values as stored. `where` names the file in messages. Raises invalid_data,
-/// unsupported.
+/// Decodes an NPY file to H x W x 1. Converts float64 to float32, and does not scale the values. `where` names the file in
+/// messages. Raises invalid_data, unsupported.
 inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_npy_header(bytes, where);
     detail::check_float_map(header, bytes, where);

@@ -1,5 +1,6 @@
 // Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
-// features that every viewer supports; KHR_materials_unlit is declared as used, not as required.
+// features that every viewer supports. The only extension, KHR_materials_unlit, is optional for viewers: the file declares it
+// as used, not as required.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -36,19 +37,21 @@ struct vertex_attribute {
     buffer<float> values;      ///< V x channels, finite
 };
 
-/// Options of encode_glb(): data to write in addition to the mesh and its textures, and the drawing of back sides.
+/// Options of encode_glb(): additional data for the file, and whether viewers draw back sides.
 struct glb_options {
     /// Camera that took the photo, with a positive size and a positive focal length. Viewers may start at its position. If
     /// absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras if present.
+    /// Motion budget for viewers (render/motion.hpp), at least 0, written as `motion` in the scene's extras. If absent, the
+    /// extras contain no `motion`.
     std::optional<float> motion = std::nullopt;
     /// Distances of the nearest and the farthest surface, with 0 < z_near <= z_far. If `motion` is present, they are written as
     /// `nearest` and `farthest`; otherwise they are unused. If `motion` and `camera` are present, the camera's focal length is
     /// written as `focal_length_35mm`.
     depth_range range = {};
-    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true and `motion` is present, `past_frame` is
-    /// written to the extras. This entry tells viewers that they need not hide the photo's border behind a smaller frame.
+    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true and `motion` is present, `past_frame`
+    /// is written to the extras. This entry tells viewers that they do not need to hide the photo's border behind a smaller
+    /// frame.
     bool is_past_frame = false;
     /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
@@ -69,7 +72,7 @@ struct glb_options {
 /// Raises mismatch if the number of textures is not the number of parts, or if the mesh's arrays have different numbers of
 /// vertices; invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
 /// index out of range, or if a texture is not a complete JPEG or PNG file; unsupported for a JPEG or PNG variant that
-/// read_picture_header() refuses; invalid_option for a camera, a motion, a range or a source that violates glb_options, and for
+/// read_picture_header() rejects; invalid_option for a camera, a motion, a range or a source that violates glb_options, and for
 /// an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
@@ -80,8 +83,8 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels. Stores the texture as PNG with encode_plain_png() and also
-/// raises the errors of that function, for example mismatch for an RGBA texture. JPEG files from an encoder of your choice are
+/// Encodes a mesh with a texture of H x W x 3 or H x W x 1 pixels. Stores the texture as PNG with encode_plain_png(), and also
+/// raises the errors of that function, for example mismatch for an RGBA texture. A JPEG file from an encoder of your choice has
 /// about a quarter of the size.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
@@ -145,7 +148,7 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
             raise(error_code::invalid_option, "glb_options::attributes",
                   "a name with an underscore, then 1 to 63 capital letters, digits or underscores", printable(a.name));
         for (std::size_t k = 0; k < i; ++k)
-            if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
+            if (attributes[k].name == a.name) refuse(a, "unique attribute names", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
         if (a.values.size() != mesh.vertex_count() * a.channels)
             refuse(a, std::to_string(a.channels) + " values for each of " + std::to_string(mesh.vertex_count()) + " vertices",

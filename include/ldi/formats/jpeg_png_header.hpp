@@ -1,6 +1,6 @@
 // Reads the header of a JPEG or PNG file before anything is decoded or allocated: size, bit depth, position of EXIF data, and
-// whether the file is complete. The decoder (stb_image) checks neither checksums nor whether a JPEG's picture is complete; these
-// functions do.
+// whether the file is complete. These functions also verify checksums and check whether a JPEG's picture is complete, because
+// the decoder (stb_image) does neither.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,8 +21,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Whether a segment contains all bytes of its Huffman tables, and each table has at most 256 codes. Other tables make stb_image
-/// 2.27 write beyond its buffers.
+/// Whether a segment contains all bytes of its Huffman tables, and each table has at most 256 codes. Any other table would make
+/// stb_image 2.27 write beyond its buffers.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -221,8 +221,8 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
 
 }  // namespace detail
 
-/// Reads the header of a JPEG or PNG file. Raises unsupported (any other format, or an unsupported variant), invalid_data (empty,
-/// truncated, damaged).
+/// Reads the header of a JPEG or PNG file. Raises unsupported for any other format and for an unsupported variant, and
+/// invalid_data for an empty, truncated or damaged file.
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
     if (detail::is_jpeg(bytes)) return detail::read_jpeg_header(bytes, where);
     if (detail::is_png(bytes)) return detail::read_png_header(bytes, where);

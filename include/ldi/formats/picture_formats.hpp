@@ -1,5 +1,5 @@
-// Picture file formats that ldi reads. Each format can be disabled, so that a service reads only the formats it expects and no
-// other decoder sees untrusted files.
+// Picture file formats that ldi reads. Each format can be disabled. A service can then read only the formats it expects, and
+// its untrusted files reach no other decoder.
 #pragma once
 
 #include <ldi/base/config.hpp>

@@ -29,7 +29,7 @@ struct picture_header {
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
     bool has_alpha = false;                         ///< whether the picture has alpha; WebP only
-    std::size_t end = 0;  ///< JPEG only: offset of the first byte after the picture; phones append further pictures
+    std::size_t end = 0;  ///< JPEG only: offset of the first byte after the picture; phones append more pictures there
 };
 
 namespace detail {
@@ -98,7 +98,7 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
         std::string_view text, name;
     };
     using namespace std::string_view_literals;
-    // The functions that select a decoder, so that no message says that it expected and found the same format.
+    // The functions that also select the decoder. A message can therefore never state the same format as expected and as found.
     static constexpr recognized_format recognized[] = {
         {detail::is_jpeg, "a JPEG file"sv},         {detail::is_png, "a PNG file"sv},
         {detail::is_gif, "a GIF file"sv},           {detail::is_webp, "a WebP file"sv},

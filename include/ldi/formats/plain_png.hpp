@@ -1,8 +1,8 @@
-// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and encodes their
-// bytes with one Huffman code; does not search for repetitions. Photographs become 4 to 15 % larger than with libpng
+// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters the rows and encodes
+// their bytes with one Huffman code, without searching for repetitions. Photographs become 4 to 15 % larger than with libpng
 // (io/picture.hpp). Pictures with large uniform areas become many times larger. Uncompressed (stored) blocks would need less
-// code, but would double the size of the file: 166 instead of 82 kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948;
-// zlib: RFC 1950; deflate: RFC 1951.
+// code, but would double the size of the file. For example, the file of the crop examples/learn/archway.ppm would have 166 kB
+// instead of 82 kB. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -127,7 +127,8 @@ inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> co
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
         if (*std::max_element(lengths.begin(), lengths.end()) <= max_code_length) return lengths;
-        for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; positive counts stay positive
+        for (std::size_t& count : counts)
+            count = (count + 1) / 2;  // reduces the ratios between counts; positive counts stay positive
     }
 }
 
@@ -136,7 +137,7 @@ inline void put_big_endian(std::byte* to, std::size_t value) {
     for (int i = 0; i < 4; ++i) to[i] = static_cast<std::byte>(value >> (24 - 8 * i) & 255);
 }
 
-/// Packs numbers of a few bits into bytes, lowest bit first.
+/// Packs codes of up to 32 bits into bytes, lowest bit first.
 class bit_writer {
 public:
     explicit bit_writer(buffer<std::byte>& to) : to_(to) {}
@@ -183,8 +184,9 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
     writer.put(0b101, 3);  // the last block, with its own Huffman codes
-    // The block states 257 code lengths and the length of one distance code, which is unused. The code for lengths has 4 bits
-    // for each of the lengths 0 to 15, so each length is written as a 4-bit number. The symbols 16, 17 and 18 are unused.
+    // The block states 257 code lengths and the length of one distance code, which is unused. In this block, the code for
+    // lengths assigns 4 bits to each of the lengths 0 to 15, so each length is written as a 4-bit number. The symbols 16, 17
+    // and 18 are unused.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
     for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
     for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);

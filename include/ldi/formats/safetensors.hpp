@@ -26,16 +26,17 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Decodes all tensors. Half-precision numbers become float. Allocates nothing before the header is checked against the file's
 /// size.
 ///
-/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gap or overlap
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values follow the header without gaps or
+///        overlaps
 /// where  name of the file in messages
 ///
-/// Raises invalid_data, too_large (header above 4 MiB, or shape that does not fit in memory) and unsupported (type). A message
-/// about a tensor states the tensor's name.
+/// Raises invalid_data for a damaged file, too_large for a header above 4 MiB or a shape that does not fit in memory, and
+/// unsupported for any other type. A message about a tensor states the tensor's name.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
 
-/// Raises mismatch unless the metadata have the value `expected` for `key`.
+/// Raises mismatch unless the metadata contains the value `expected` for `key`.
 ///
 /// what  kind of file, for the error message; for example "a depth network"
 inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
@@ -43,7 +44,7 @@ inline void check_metadata(const named_tensors& file, const std::string& what, c
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end() || found->second != expected)
         raise(error_code::mismatch, file.where, what + " (" + key + " " + expected + " in its metadata)",
-              found == file.metadata.end() ? "none" : printable(found->second));
+              found == file.metadata.end() ? "no such entry" : printable(found->second));
 }
 
 }  // namespace detail
@@ -149,7 +150,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that are a JSON object", std::string(kind_text(line.kind)));
+        raise(error_code::invalid_data, where, "a JSON object as metadata", std::string(kind_text(line.kind)));
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
@@ -165,7 +166,8 @@ inline decltype(named_tensors::metadata) checked_metadata(const json_value& line
 inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where) {
     using namespace detail::safetensors;
     if (bytes.size() < 8)
-        raise(error_code::invalid_data, where, "at least 8 bytes, the header's length", std::to_string(bytes.size()) + " bytes");
+        raise(error_code::invalid_data, where, "at least 8 bytes, which state the header's length",
+              std::to_string(bytes.size()) + " bytes");
     const std::uint64_t header_bytes = detail::little_endian_32(bytes, 0) | std::uint64_t{detail::little_endian_32(bytes, 4)}
                                                                                 << 32;
     if (header_bytes > bytes.size() - 8 && !detail::has_text(bytes, 8, "{"))
@@ -191,8 +193,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Checks that the tensors fill the data without gap or overlap. The decoded tensors then need at most twice the size of the
-    // file, because half-precision numbers become float.
+    // Checks that the tensors fill the data without gaps or overlaps. The decoded tensors then need at most twice the size of
+    // the file, because half-precision numbers become float.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;
@@ -205,7 +207,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     }
     if (filled != data.size())
         raise(error_code::invalid_data, where, "tensors that fill " + std::to_string(data.size()) + " bytes of data",
-              std::to_string(filled));
+              std::to_string(filled) + " bytes in tensors");
     for (entry& e : entries) {
         decltype(tensor::values) values = decode_values(data.subspan(e.begin, e.end - e.begin), e.type);
         result.tensors.emplace(std::move(e.name), tensor{std::move(e.shape), std::move(values)});

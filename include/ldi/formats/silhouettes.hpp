@@ -23,8 +23,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
 /// Raises the errors of decode_safetensors() and of silhouette_network's constructor. Also raises mismatch if the metadata
-/// describe a different kind of network, and unsupported if the metadata state a different architecture or different constants
-/// of the band (depth/step_band.hpp).
+/// describes a different kind of network, and unsupported if it specifies a different architecture or different constants of
+/// the band (depth/step_band.hpp).
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -32,7 +32,7 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
     detail::check_metadata(file, "a silhouette network", "name", "silhouettes");
     const auto found = file.metadata.find("architecture");
     if (found == file.metadata.end())
-        raise(error_code::mismatch, where, "a silhouette network, with its architecture in the metadata", "none");
+        raise(error_code::mismatch, where, "a silhouette network's architecture in the metadata", "no such entry");
     const std::string here = where + ", architecture";
     const detail::json_value text = detail::read_json_object(found->second, 4, here);
     // Any other value would require a different band or different arithmetic.

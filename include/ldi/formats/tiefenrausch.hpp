@@ -17,7 +17,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Reads a side length in pixels from the metadata. Returns `otherwise` if the metadata have no entry `key`.
+/// Reads a side length in pixels from the metadata. Returns `otherwise` if the metadata has no entry `key`.
 inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end()) return otherwise;
@@ -32,15 +32,15 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 
 }  // namespace detail
 
-/// Decodes a depth network. The metadata entry "output" states the kind of result: "disparity" or "log disparity". The optional
-/// entries "details_long_side" and "layout_long_side" set the members of depth_network_sizes.
+/// Decodes a depth network. The metadata entry "output" specifies the kind of result: "disparity" or "log disparity". The
+/// optional entries "details_long_side" and "layout_long_side" set the members of depth_network_sizes.
 ///
 /// bytes   the whole file
 /// where   name of the file in messages
 /// target  instruction set for which to pack the weights; must be available (is_available()), else raises invalid_option
 ///
 /// Raises the errors of decode_safetensors(), read_quantized_network() and the constructor of tiefenrausch, and mismatch if the
-/// metadata describe a different network.
+/// metadata describes a different network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);

@@ -21,11 +21,12 @@ struct diffusion_inpainter {
     /// Gauss-Seidel rounds on each level of the multigrid, 1 to 64.
     int rounds = 6;
 
-    /// Inpaints every pixel whose known_column is 0. A surface without any known pixel gets the mean of the known colors next to
-    /// unknown pixels elsewhere. Raises invalid_option for rounds outside [1, 64]. Linear time; 4 bytes per pixel and up to 200
-    /// per unknown pixel.
+    /// Inpaints every pixel whose known_column is 0. If no link path connects a surface to a known pixel, it gets the mean of
+    /// the known colors that border unknown pixels of other surfaces. Raises invalid_option for rounds outside [1, 64]. Linear
+    /// time. Memory: 4 bytes per pixel, and up to 200 more per unknown pixel.
     ///
-    /// layers  in canonical order
+    /// layers    in canonical order
+    /// progress  receives the stage "color inpainting"
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
         if (rounds < 1 || rounds > 64)

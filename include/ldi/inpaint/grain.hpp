@@ -3,9 +3,9 @@
 // areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
 // Detail is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known pixels near
-// unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of the detail
-// diffuses along the links of the layered image to the unknown pixels. The root reduces the influence of a few edges among smooth
-// pixels. The noise depends only on a pixel's position, so results are deterministic.
+// unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of the
+// detail diffuses along the links of the layered image to the unknown pixels. The square root reduces the influence of a few
+// edges among smooth pixels. The noise depends only on a pixel's position, so results are deterministic.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -47,7 +47,7 @@ namespace detail {
 inline float grain_at(std::int32_t x, std::int32_t y) {
     const std::uint32_t h = hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
     const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // sum of four uniform bytes
-    return (sum - 510.0F) / 147.8F;  // minus the mean, 4 * 127.5; divided by the deviation, sqrt(4 * (256^2 - 1) / 12)
+    return (sum - 510.0F) / 147.8F;  // minus the mean, 4 * 127.5; divided by the standard deviation, sqrt(4 * (256^2 - 1) / 12)
 }
 
 /// Measures the photo's grain at known pixels.
@@ -57,10 +57,10 @@ public:
     grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
-    /// Walks `smeared` steps from `pixel` toward side `s`, away from an unknown pixel and only over known pixels, and returns the
-    /// detail at the pixel that it reaches. Detail is the difference between the brightness of the pixel and the mean of its
-    /// neighbors. Left and right neighbors count only if both are known, as do upper and lower neighbors, so that a ramp has no
-    /// detail. Returns 0 if neither pair is known.
+    /// Walks `smeared` steps from `pixel` toward side `s`, away from an unknown pixel and only over known pixels, and returns
+    /// the detail at the pixel that it reaches. Detail is the difference between the brightness of the pixel and the mean of
+    /// its neighbors. A pair of opposite neighbors (left and right, or upper and lower) counts only if both are known, so that
+    /// a linear gradient has no detail. Returns 0 if no pair is known.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
             if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;
@@ -80,8 +80,8 @@ public:
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // Steps from the known neighbor of an unknown pixel to the pixel at which detail is measured: beyond the blur that lens and
-    // JPEG cause at silhouettes, but less than the width of small objects. Tuned by experiment.
+    // Steps from the known neighbor of an unknown pixel to the pixel where detail is measured. This distance exceeds the blur
+    // that lens and JPEG cause at silhouettes, but is less than the width of small objects. Tuned by experiment.
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
@@ -113,15 +113,15 @@ inline void check_options(const grain_options& options) {
 }
 
 /// Estimates the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
-/// Returns one value per unknown pixel, in their order.
+/// Returns one value per unknown pixel, in ascending order of the pixels.
 ///
-/// limit   above 0; maximum detail
+/// limit   above 0; maximum of the standard deviation
 /// rounds  Gauss-Seidel rounds on each level of the diffusion
 template <has_columns<color_column, known_column> Layers>
 buffer<float> detail_around_unknown(const Layers& layers, float limit, int rounds) {
     const grain_meter meter(layers.topology(), layers.template column<color_column>(), layers.template column<known_column>());
     buffer<float> result;
-    std::uint8_t root = 0;  // square root of the surrounding noise relative to the limit
+    std::uint8_t root = 0;  // sqrt(noise / limit), scaled to 0 to 255
     diffuse_unknown<1>(
         layers.topology(), layers.template column<known_column>(), rounds,
         [&](std::int32_t pixel, side s) {

@@ -1,7 +1,8 @@
 // Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and inaccurate depth edges mix them. The
 // paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors themselves
-// determine which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown if that surface has
-// only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
+// determine which pixels are mixed. Mixed foreground pixels get the foreground's own color, and mixed background pixels become
+// unknown. A fixed margin of the background also becomes unknown, and so does a fixed margin of the foreground where both
+// surfaces look alike.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -24,26 +25,28 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Margins apply to photos with a long side of up to 1536 pixels, the paper's size, and grow in proportion for larger photos.
+/// Unmixing refills a pixel by marking it as unknown, so that inpainting replaces its color. Margins apply to photos with a
+/// long side of up to 1536 pixels, the paper's size, and grow in proportion for larger photos.
 struct mixed_color_options {
-    /// Foreground colors are refilled within this many pixels of the silhouette where both surfaces look alike.
+    /// Foreground colors are refilled within this many pixels of the silhouette where both surfaces look alike, at least 0.
     int foreground_margin = 2;
-    /// Background colors are always refilled within this many pixels of the silhouette. The paper marks only the foreground.
-    /// Without this margin, the hidden surface would continue the lens blur on the background, and the foreground colors that an
-    /// inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB compared to
-    /// refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared to one.
+    /// Background colors are always refilled within this many pixels of the silhouette, at least 0. The paper marks only the
+    /// foreground. Without this margin, the hidden surface would continue the lens blur on the background, and the foreground
+    /// colors that an inaccurate depth edge leaves there. On the views of bench/quality, a margin of one pixel gains 0.08 dB
+    /// compared to refilling only where colors look mixed. On six stereo pairs, a margin of two pixels costs 0.23 dB compared
+    /// to one.
     int background_margin = 1;
-    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side, 0 to 1; at least two pixels and
-    /// at most 32767. Applies only where the colors of the two surfaces differ. 0 disables the search.
+    /// Maximum distance of mixed colors from a silhouette, as a share of the photo's long side, 0 to 1. The distance in pixels
+    /// is clamped to [2, 32767]. Applies only where the colors of the two surfaces differ. 0 disables the search.
     float reach = 4.0F / 1536.0F;
-    /// Minimum Euclidean RGB distance between colors that count as different. Each channel is in [0, 255].
+    /// Minimum Euclidean RGB distance between colors that count as different, above 0. Each channel is in [0, 255].
     float contrast = 40.0F;
 };
 
 namespace detail {
 
 // Marks the pixels that are within `margin` steps of `edge` along links as unknown. Pixels stay known if no known pixel farther
-// from the edge could refill them: a thin rod keeps its colors.
+// from the edge could refill them. For example, a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
@@ -66,8 +69,8 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring stays known. From there toward the edge, a visited pixel is refillable if a neighbor in the next outer
-    // ring is. Refillable pixels of the inner rings become unknown.
+    // The outermost ring stays known. From there toward the edge, a visited pixel is refillable if one of its neighbors in the
+    // next outer ring is refillable. Refillable pixels of the inner rings become unknown.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
@@ -96,7 +99,7 @@ inline int band_width(float reach, const graph_view& g) {
     return reach > 0 ? static_cast<int>(std::clamp(std::lround(pixels), 2L, long{max_band_width})) : 0;
 }
 
-/// Replaces mixed foreground colors with the foreground's own color, and marks mixed background colors as unknown.
+/// Replaces each mixed color with an estimate of the surface's own color, and marks mixed background pixels as unknown.
 template <class Layers>
 class color_cleaner {
 public:
@@ -178,10 +181,10 @@ private:
 /// it.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
-/// shares  H x W, known shares of the surface in front, as in decided_depth; may be empty
+/// shares  H x W, known shares of the surface in front, in the units of decided_depth::shares; may be empty
 ///
-/// Raises invalid_option for an option outside its range, mismatch for any other number of shares. Time is linear except for
-/// sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie beside silhouettes.
+/// Raises invalid_option for an option outside its range, and mismatch if `shares` is neither empty nor H x W. Time is linear,
+/// except for sorting the pixels beside silhouettes. Memory: up to 150 bytes per pixel, if all pixels lie beside silhouettes.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
                   std::span<const std::uint8_t> shares = {}) {

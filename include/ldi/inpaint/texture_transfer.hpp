@@ -1,12 +1,12 @@
 // Texture for inpainted pixels, copied from the photo. An inpainter that returns the mean of all plausible colors returns no
-// texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Each unknown pixel
-// copies from a known pixel whose blurred surroundings resemble its own (after Yi et al., "Contextual Residual Aggregation for
-// Ultra High-Resolution Image Inpainting", 2020). Where no known pixel is similar enough, the stage adds grain
+// texture. This stage adds high frequencies that it copies from known pixels of the same surface, near the silhouette. Each
+// unknown pixel copies from a known pixel with similar blurred surroundings (after Yi et al., "Contextual Residual Aggregation
+// for Ultra High-Resolution Image Inpainting", 2020). Where no known pixel is similar enough, the stage adds grain
 // (inpaint/grain.hpp). Not in the paper.
 //
-// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere. Their seams do not need
-// blending, which would average and weaken the texture. Detail that is stronger than the photo's detail around the hole, for
-// example an edge or a leaf in front of the sky, is limited.
+// High frequencies have a mean of zero and contain no edges that must align, so patches may end anywhere. The seams between
+// patches need no blending, which would average and weaken the texture. The stage attenuates detail that is stronger than the
+// photo's detail around the hole, for example an edge or a leaf in front of the sky.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -48,7 +48,7 @@ namespace detail {
 /// Three channels of color.
 using texture_color = std::array<float, 3>;
 
-/// Finds a source of texture for each unknown pixel, and the detail to copy from it.
+/// Finds a source of texture for each unknown pixel, and returns the detail to copy from the source.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
@@ -105,13 +105,13 @@ inline void check_options(const texture_options& options) {
 
 /// Adds texture to every pixel whose known_column is 0, and grain where no source is similar; other pixels do not change.
 ///
-/// layers  in canonical order; every pixel has a color
-/// grain   also determines how the photo's detail is measured: with a limit of 0, nothing is added. A texture strength of 0 is
-///         equivalent to add_grain()
+/// layers   in canonical order; every pixel has a color
+/// options  if the strength is 0, add_texture() is equivalent to add_grain()
+/// grain    its limit and its rounds also apply to measuring the photo's detail; if the limit is 0, nothing is added
 ///
 /// Raises invalid_option like add_grain(), and for a strength outside [0, 100], a crest outside [0, 1000], a tolerance outside
-/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time; up to 80 bytes per pixel, if all are unknown or
-/// near unknown pixels.
+/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time. Memory: up to 80 bytes per pixel, if all pixels
+/// are unknown or near unknown pixels.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
     detail::check_options(options);

@@ -28,7 +28,7 @@ struct uncertain_rim {
     std::int32_t position;              ///< index of the pixel on the photo's lattice, row-major
     std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
     std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
-    bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
+    bool is_distinguishable;            ///< whether `foreground` is reliable, an unmixed sample of a surface in front
 };
 
 /// 1 for a pixel that mark_uncertain_rims() marked, otherwise 0.
@@ -40,8 +40,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Projects `color` onto the line through `from` (0) and `to` (1), and returns its position there, which may be below 0 or above
-/// 1. Returns 0 if `from` and `to` differ by less than `min_contrast`.
+/// Projects `color` onto the line through `from` (0) and `to` (1), and returns the position of the projection on the line,
+/// which may be below 0 or above 1. Returns 0 if `from` and `to` differ by less than `min_contrast`.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to, float min_contrast) {
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -58,9 +58,9 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 /// the order of the pixels, and sets rim_column.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
-/// width   up to 32767; if it is 0 or less, no pixel is marked. Raises invalid_option for a larger width
+/// width   at most 32767, otherwise raises invalid_option; if 0 or less, no pixel is marked
 ///
-/// Linear time, whatever the width; up to 150 bytes per pixel, if all pixels lie within the width.
+/// Linear time for any width. Memory: up to 150 bytes per pixel, if all pixels lie within the width.
 template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
@@ -97,9 +97,9 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 }
 
 /// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. A pixel stays inpainted if
-/// its foreground is distinguishable and makes up more than an eighth of the pixel's own color. This share is measured on the
-/// line from the inpainted color, which continues the background, to the foreground's color. (The eighth was tuned by
-/// experiment.)
+/// the foreground in front of it is distinguishable and makes up more than an eighth of the pixel's own color. This share is
+/// measured on the line from the inpainted color, which continues the background, to the foreground's color. (The eighth was
+/// tuned by experiment.)
 ///
 /// layers    on the photo's lattice
 /// rims      result of mark_uncertain_rims() for these layers. Raises mismatch, before any pixel changes, if `rims` lacks a pixel
@@ -120,7 +120,7 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims, float con
             std::partition_point(rims.begin(), rims.end(), [&](const uncertain_rim& r) { return r.position < position; });
         if (rim == rims.end() || rim->position != position)
             raise(error_code::mismatch, "restore_rims", "a rim for position " + std::to_string(position),
-                  std::to_string(rims.size()) + " rims without it");
+                  std::to_string(rims.size()) + " rims, none at this position");
         marked.push_back({i, &*rim});
     });
     for (const auto& [pixel, rim] : marked) {

@@ -28,9 +28,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// weights                    the bytes of NAME_init.pb
 /// network_file, weight_file  names of the files in messages
 ///
-/// Raises an error that names the operator or tensor if a file is damaged or contains something that ldi cannot run. The files
-/// are untrusted: memory stays within a small multiple of their size. The constructor of quantized_network checks the rest of
-/// the description.
+/// Raises invalid_data, mismatch or unsupported if a file is damaged or contains something that ldi cannot run. The message
+/// names the operator or tensor. The files are untrusted, so memory is limited to a small multiple of their size. The
+/// constructor of quantized_network checks the rest of the description.
 inline network_description read_caffe2(std::span<const std::uint8_t> network, std::span<const std::uint8_t> weights,
                                        const std::string& network_file = "network file",
                                        const std::string& weight_file = "weight file");
@@ -57,7 +57,7 @@ public:
 
     network_description read() {
         if (network_.external_inputs.empty() || network_.external_outputs.size() != 1)
-            raise(error_code::invalid_data, network_file_, "external inputs and 1 external output",
+            raise(error_code::invalid_data, network_file_, "at least 1 external input and 1 external output",
                   std::to_string(network_.external_inputs.size()) + " and " + std::to_string(network_.external_outputs.size()));
         image_ = network_.external_inputs[0];
         for (const operator_message& op : network_.operators) read_operator(checked_operator(op, network_file_), op.type);
@@ -98,7 +98,7 @@ private:
         std::int64_t count = 1;
         for (std::int64_t side : shape) {
             if (side < 1 || side > max_count || count * side > max_count)
-                op.fail("shape", "positive sides, at most 2^31 values", "an invalid shape");
+                op.fail("shape", "positive dimensions and at most 2^31 values", "an invalid shape");
             count *= side;
         }
         return static_cast<std::uint64_t>(count);
@@ -168,7 +168,7 @@ private:
         c.weight_quantization = weights.values;
         check_bias(op, c, bias, outputs);
         c.bias = std::move(bias.integers);
-        // Only the weights of the first layer state how many channels the photo has.
+        // Only the weights of the first layer state the photo's number of channels.
         if (c.input == 0) result_.input_channels = static_cast<std::size_t>(c.depthwise ? outputs : inputs);
         return c;
     }
@@ -214,7 +214,8 @@ private:
         if (found == constants_.end())
             raise(error_code::mismatch, op.where(), "a tensor of the weight file", printable(op.input(input)));
         if (std::exchange(found->second.is_used, true))
-            raise(error_code::unsupported, op.where(), "weights for a single operator", printable(op.input(input)) + " again");
+            raise(error_code::unsupported, op.where(), "weights that only one operator uses",
+                  printable(op.input(input)) + " again");
         return found->second;
     }
 

@@ -1,6 +1,5 @@
-// Reads depth maps from 8- or 16-bit PNG, JPEG, PFM and NPY files. A file stores disparity, or distance in meters, and may have
-// unknown pixels. The result is always disparity: larger is nearer, known up to a positive scale and a shift. Unknown pixels
-// are NaN.
+// Reads depth maps from 8- or 16-bit PNG, JPEG, PFM and NPY files. A file stores disparity or distance, and may have unknown
+// pixels. The result is always disparity: larger is nearer, known up to a positive scale and a shift. Unknown pixels are NaN.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -35,7 +34,7 @@ enum class depth_map_kind {
 
 struct depth_map_options {
     depth_map_kind kind = depth_map_kind::disparity;
-    /// whether larger values are nearer; false for depth maps from Google's Lens Blur, for example; ignored for meters
+    /// Whether larger values are nearer. False for depth maps from Google's Lens Blur, for example. Ignored for meters.
     bool white_is_near = true;
     bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files from sensors and stereo benchmarks)
     float scale = 1;            ///< positive factor that multiplies every stored value; 0.001 for distances in millimeters
@@ -49,7 +48,9 @@ struct depth_map_options {
 ///
 /// Returns H x W x 1 disparity; larger is nearer. The unit is 1 / meter for depth_map_kind::meters. Unknown pixels become NaN:
 /// stored NaN and infinity, stored 0 with invalid_zero, and distances that are not positive. Raises unsupported, invalid_data,
-/// too_large, invalid_option.
+/// too_large and out_of_memory, and invalid_option for a scale that is not positive and finite.
+///
+/// where  name of the depth map in messages
 image<float> decode_depth_map(std::span<const std::byte> bytes, const depth_map_options& options = {},
                               const std::string& where = "depth map");
 
@@ -66,14 +67,17 @@ image<float> load_depth_map(const std::filesystem::path& path, const depth_map_o
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
 /// Shrinks a depth map: averages the known pixels of square blocks. Uses the smallest blocks that reduce the map to at most
-/// max_pixels pixels. The stages of the 3D photo conversion copy the map, and the program photo3d works with at most 4096 pixels
-/// per side, so a larger map would only cost memory.
+/// max_pixels pixels. A larger map would only cost memory: the stages of the 3D photo conversion copy the map, and the program
+/// photo3d uses at most 4096 pixels per side.
+///
+/// depth_map   H x W x 1; NaN for unknown pixels; a block without known pixels becomes NaN
+/// max_pixels  above 0
 image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
 
 /// Checks that a depth map can belong to a photo: the aspect ratios differ by at most 2 %. The sizes may differ. Raises
 /// mismatch.
 ///
-/// photo  an image or a view
+/// depth_map, photo  of any size; the photo is an image or a view
 template <class Picture>
 void check_fits(const image<float>& depth_map, const Picture& photo, const std::string& where = "depth map") {
     const auto ratio = [](const auto& picture) {
@@ -117,8 +121,8 @@ inline image<float> decode_gray(std::span<const std::byte> bytes, const picture_
                              : decode_gray_as<std::uint8_t>(bytes, header, where);
 }
 
-/// Reads a header and charges the peak memory of the map, which is the larger of two amounts: the decoder's memory, including the
-/// result as floats, or two floats per pixel, which rotating the map or filling its holes requires.
+/// Reads a header and charges the peak memory of the map. This is the larger of two amounts: the decoder's memory, including
+/// the result as floats, and the two floats per pixel that are required to rotate the map or to fill its holes.
 inline picture_header take_depth_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     picture_header header;
     if (is_pfm(bytes))

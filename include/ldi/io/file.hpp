@@ -29,16 +29,16 @@ inline constexpr std::size_t max_file_bytes = std::size_t{1} << 30;
 ///
 /// max_bytes  maximum size of the file; a larger file raises too_large
 ///
-/// Raises file_access if the file cannot be opened or read, or is a folder; unavailable if the same call may succeed later;
-/// too_large.
+/// Raises file_access if the file cannot be opened or read, or is a folder. Raises unavailable instead if the same call may
+/// succeed later.
 std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes = max_file_bytes);
 
 /// Writes or replaces a file. Writes a temporary file `.ldi-NUMBER.tmp` in the same folder first, and renames it when its
 /// content is on the disk. Follows symbolic links and keeps permissions. Other hard links to a replaced file keep the old
 /// content. Writes directly to devices and pipes.
 ///
-/// Raises file_access, unavailable, and invalid_option for an empty name. After an error, the old file is unchanged and the
-/// temporary file is removed.
+/// Raises file_access, or unavailable if the same call may succeed later, and invalid_option for an empty name. After an error,
+/// the old file is unchanged and the temporary file is removed.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 /// Waits until the content of a file, or the names in a folder, are on the disk. Does nothing on systems without fsync().
@@ -57,7 +57,8 @@ inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::
     std::ifstream file(path, std::ios::binary);
     if (!file) raise_system_error(errno, path, "a readable file");
 
-    // Reserves the reported size, which saves copies, but reads until the end: pipes and growing files report no reliable size.
+    // Reserves the reported size to avoid copies. Reads to the end of the file nevertheless, because pipes and growing files
+    // report no reliable size.
     constexpr std::size_t chunk = std::size_t{1} << 16;
     const auto too_large = [&] {
         raise(error_code::too_large, path.string(), "at most " + std::to_string(max_bytes) + " bytes", "more");
@@ -125,7 +126,7 @@ inline int create_file(const std::filesystem::path& path, [[maybe_unused]] bool 
 #endif
 }
 
-/// Returns a random file name in the folder. Its 64 random bits make it practically certain that no file has the name.
+/// Returns a random file name in the folder. Its 64 random bits make it practically certain that no other file has this name.
 inline std::filesystem::path temporary_name(const std::filesystem::path& folder) {
     std::random_device random;
     std::string digits;

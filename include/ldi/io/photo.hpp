@@ -1,5 +1,5 @@
 // Reads photos from JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files. The result is always upright and in 8-bit sRGB. Also
-// reads the focal length from EXIF, because the field of view determines the distance in space between two pixels.
+// reads the focal length from EXIF, because 3D photos need the camera's field of view.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -57,10 +57,10 @@ inline namespace LDI_READERS {
 /// animated GIF and the default picture of an animated PNG, usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the
 /// result is the photo as a screen without HDR shows it.
 ///
-/// where  name of the data in errors
+/// where  name of the photo in messages
 ///
-/// Raises unsupported (a disabled format, or a format that ldi does not read; the message names it), invalid_data (empty,
-/// truncated or damaged), too_large, out_of_memory.
+/// Raises unsupported for a format that is disabled or that ldi does not read, and names the format. Raises invalid_data for an
+/// empty, truncated or damaged file. Raises too_large and out_of_memory.
 photo decode_photo(std::span<const std::byte> bytes, const photo_options& options = {}, const std::string& where = "photo");
 
 /// Returns the size of a photo, and the memory that decode_photo() needs. Raises the errors of decode_photo() that the header
@@ -142,7 +142,7 @@ inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture
 
 namespace detail::inline LDI_READERS {
 
-/// Raises the error for a file that is not a photo, or whose format this build does not read.
+/// Raises the error for a file that is not a photo, or that has a format which this build does not read.
 [[noreturn]] inline void refuse_format(std::span<const std::byte> bytes, const std::string& where) {
     const char* expected =
         "a JPEG"
@@ -158,11 +158,11 @@ namespace detail::inline LDI_READERS {
         ", GIF, BMP or PNG file";
     std::string found = describe_format(bytes);
     if (is_heif(bytes) || is_webp(bytes) || is_tiff(bytes))
-        found += ", which this build does not read: its library was missing when ldi was configured";
+        found += ", which this build cannot read because the library for this format was missing when ldi was configured";
     raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, expected, found);
 }
 
-/// Reads the header of the photo and charges the cost of decoding it, except for a color profile. Raises the errors of
+/// Reads the header of the photo and charges the cost of decoding the photo, except for its color profile. Raises the errors of
 /// decode_photo().
 inline picture_header take_photo_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     picture_header header;
@@ -191,7 +191,7 @@ inline picture_header take_photo_header(std::span<const std::byte> bytes, decodi
     refuse_format(bytes, where);
 }
 
-/// Decodes a photo. Its first bytes determine the format. Raises the errors of decode_photo().
+/// Decodes a photo. The file's first bytes determine the format. Raises the errors of decode_photo().
 inline stored_photo decode_stored(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
 #if defined(LDI_WITH_LIBHEIF)
     if (is_heif(bytes)) return decode_heif(bytes, budget, where);

@@ -1,9 +1,10 @@
 // Reads photos together with their depth. Phones store depth inside the photo's file. A second file beside the photo may also
 // provide depth.
 //
-// JPEG files contain depth as GDepth, Dynamic Depth or Apple's format (requires pugixml). HEIC and AVIF files contain depth as an
-// auxiliary picture (requires libheif and pugixml). The right half of a PNG file is depth if it is gray and the left half is
-// colored. The depth map of `photo.jpg` may be a file beside it named `photo_depth.png` or similar, as in Facebook's 3D photos.
+// JPEG files contain depth as GDepth, Dynamic Depth or Apple's format (requires pugixml). HEIC and AVIF files contain depth as
+// an auxiliary picture (requires libheif and pugixml). The right half of a PNG file is depth if the right half is gray and the
+// left half is colored. The depth map of `photo.jpg` may be a file beside it named `photo_depth.png` or similar, as in
+// Facebook's 3D photos.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -39,27 +40,30 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Depth that belongs to a photo.
 struct photo_depth {
-    image<float> disparity;              ///< h x w x 1, upright, larger is nearer; NaN for unknown pixels; see fill_invalid()
-    bool is_inverse_depth = false;       ///< values are 1 / distance up to a factor; false: up to a factor and a shift
+    image<float> disparity;  ///< h x w x 1, upright, larger is nearer; NaN for unknown pixels; see fill_invalid()
+    /// Whether values are 1 / distance up to a factor. If false, a shift is unknown as well, or only the order of distances is
+    /// known.
+    bool is_inverse_depth = false;
     bool is_metric = false;              ///< values are 1 / distance in meters
-    bool is_white_near_a_guess = false;  ///< direction unknown, white assumed near; see invert_if_contradicted()
+    bool is_white_near_a_guess = false;  ///< whether ldi only assumes that white is near; see invert_if_contradicted()
     std::string source;                  ///< description, such as "GDepth, RangeInverse", or the path of the file
 };
 
 struct photo_with_depth {
     ldi::photo photo;
     std::optional<photo_depth> depth;
-    std::string refused;  ///< text of the error if depth could not be used; the photo is still valid
+    std::string refused;  ///< message of the error if a depth map could not be used, else empty; the photo is valid in both cases
 };
 
 /// Finds the depth map beside a photo by its name: for `photo.jpg`, `photo_depth` with the extension png, jpg, jpeg, PNG, JPG,
 /// JPEG, pfm or npy, in this order. Returns an empty path if there is none.
 inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo);
 
-/// Inverts a depth map of unknown direction if a network's estimate contradicts it, that is, if their correlation is -0.2 or
-/// less. Otherwise, white stays near. Returns whether the map was inverted; if so, appends ", black is near" to depth.source.
+/// Inverts a depth map of unknown direction if a network's estimate contradicts the map, that is, if the correlation of map and
+/// estimate is -0.2 or less. Otherwise, white stays near. Returns whether it inverted the map. If so, appends ", black is near"
+/// to depth.source.
 ///
-/// depth     its disparity must not contain NaN
+/// depth     depth.disparity must not contain NaN
 /// estimate  h x w x 1, disparity of the same photo, in any size
 inline bool invert_if_contradicted(photo_depth& depth, const image<float>& estimate);
 
@@ -79,7 +83,7 @@ photo_with_depth decode_photo_with_map(std::span<const std::byte> photo_bytes, s
 /// Composites decoded pixels, for example from a browser, on white. Adds the depth inside their file, and the focal length if the
 /// file is a JPEG, PNG, GIF or BMP. Raises invalid_data and unsupported if such a file has an invalid or unsupported header.
 ///
-/// pixels  H x W x 4, upright: red, green, blue, opacity
+/// pixels  H x W x 4, upright: red, green, blue, opacity, 0 to 255
 /// bytes   file from which the pixels were decoded
 photo_with_depth with_depth_inside(image_view<const std::uint8_t> pixels, std::span<const std::byte> bytes,
                                    const photo_options& options = {}, const std::string& where = "photo");
@@ -90,7 +94,7 @@ decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, co
                                             const std::string& where = "photo");
 
 /// Loads a photo and the depth map beside it, such as `photo_depth.png` for `photo.jpg`. Works like decode_photo_with_map(), or
-/// like decode_photo_with_depth() if there is no such map. Also raises file_access.
+/// like decode_photo_with_depth() if there is no such map. Also raises the errors of read_file().
 photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options = {});
 
 }  // inline namespace
@@ -208,13 +212,13 @@ inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes,
 #endif
 }
 
-/// Returns the memory in bytes for splitting a picture into halves: the left half as colors, the right half as floats, and 4 more
-/// bytes per pixel of the right half for fill_invalid().
+/// Returns the memory in bytes for splitting a picture into halves. The left half needs 3 bytes per pixel for colors. The right
+/// half needs a float per pixel, and another 4 bytes per pixel for fill_invalid().
 inline double memory_of_halves(std::size_t height, std::size_t width) {
     return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
 }
 
-/// Adds the depth stored in a photo's own file: the right half of a PNG, or depth inside.
+/// Adds the depth stored in a photo's own file: the right half of a PNG file, or the depth inside a JPEG, HEIC or AVIF file.
 inline void add_stored_depth(photo_with_depth& result, std::span<const std::byte> bytes, decoding_budget& budget,
                              const std::string& where) {
     if (!is_png(bytes) || !is_side_by_side(result.photo.color)) return add_depth_inside(result, bytes, budget, where);

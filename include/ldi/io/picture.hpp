@@ -29,11 +29,11 @@ inline namespace LDI_READERS {
 
 /// Encodes an H x W x 1 or H x W x 3 picture as JPEG. Each side must have 1 to 65,500 pixels, and the samples must occupy less
 /// than 2 GB. At quality 90 and below, chroma is subsampled (4:2:0). Uses libjpeg, or stb_image_write if ldi::io was configured
-/// without libjpeg; the files of the two encoders differ in size by half a percent.
+/// without libjpeg; the file sizes of the two encoders differ by half a percent.
 ///
 /// quality  1 to 100
 ///
-/// Raises invalid_option, too_large.
+/// Raises invalid_option for any other quality, too_large for any other size, and out_of_memory.
 std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture, int quality = 85);
 
 /// Encodes an image with encode_jpeg() and writes it to a file; also raises file_access.
@@ -43,10 +43,11 @@ inline void save_jpeg(const std::filesystem::path& path, image_view<const std::u
 
 }  // inline namespace
 
-/// Encodes an H x W x 1 or H x W x 3 image as PNG. Raises too_large.
+/// Encodes an H x W x 1 or H x W x 3 image with at least one pixel as PNG. Raises too_large, out_of_memory.
 std::vector<std::byte> encode_png(image_view<const std::uint8_t> picture);
 
-/// Encodes an H x W x 1 image as 16-bit gray PNG, the format of depth maps. Raises too_large.
+/// Encodes an H x W x 1 image with at least one pixel as 16-bit gray PNG, the format of depth maps. Raises too_large,
+/// out_of_memory.
 std::vector<std::byte> encode_png(image_view<const std::uint16_t> picture);
 
 /// Encodes an image with encode_png() and writes it to a file; also raises file_access.
@@ -65,7 +66,7 @@ std::vector<std::byte> encode_png_as(image_view<const Scalar> picture, png_uint_
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()) + " pixels: " + reason);
     };
     if (picture.row_stride() > 0x7FFFFFFF / 2 || picture.width() > 0x7FFFFFFF / 6 || picture.height() > 0x7FFFFFFF)
-        too_large("a side too long");
+        too_large("a side is too long");
     png_image description = {};
     description.version = PNG_IMAGE_VERSION;
     description.width = static_cast<png_uint_32>(picture.width());
@@ -96,7 +97,7 @@ inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture
     if (picture.height() > max_side || picture.width() > max_side ||
         picture.height() * picture.width() * picture.channels() >
             std::size_t{(std::numeric_limits<int>::max)()})  // stb_image_write counts samples in int
-        raise(error_code::too_large, "encode_jpeg", "sides of at most 65500 pixels, and below 2 GB in memory",
+        raise(error_code::too_large, "encode_jpeg", "sides of at most 65500 pixels, and less than 2 GB in memory",
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()));
 #if defined(LDI_WITH_LIBJPEG)
     return detail::jpeg_encoder().encode(picture, quality);

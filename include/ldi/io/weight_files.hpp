@@ -25,8 +25,7 @@ inline named_tensors load_safetensors(const std::filesystem::path& path) {
     return decode_safetensors(read_file(path), path.string());
 }
 
-/// Loads an inpainting network. `kind` is the same as in decode_farbrausch(). Raises file_access and the errors of
-/// decode_farbrausch().
+/// Loads an inpainting network. decode_farbrausch() explains `kind`. Raises file_access and the errors of decode_farbrausch().
 inline farbrausch load_farbrausch(const std::filesystem::path& path, std::optional<arithmetic> kind = arithmetic::float32) {
     return decode_farbrausch(read_file(path), path.string(), kind);
 }
@@ -55,7 +54,9 @@ inline tiefenrausch load_tiefenrausch(const std::filesystem::path& folder) {
 
 /// Loads a depth network.
 ///
-/// path  a folder with the published network (load_tiefenrausch()), or a file (load_tiefenrausch_file())
+/// path  a folder with the published network, or a safetensors file
+///
+/// Raises the errors of load_tiefenrausch() for a folder, and those of load_tiefenrausch_file() for a file.
 inline tiefenrausch load_depth_network(const std::filesystem::path& path) {
     std::error_code ignored;
     return std::filesystem::is_directory(path, ignored) ? load_tiefenrausch(path) : load_tiefenrausch_file(path);

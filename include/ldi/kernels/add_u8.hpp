@@ -35,7 +35,8 @@ inline constexpr add_u8_kernel add_u8_kernels[] = {
 };
 static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// Adds two tensors: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them partially.
+/// Adds two tensors of `count` bytes: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them
+/// partially.
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     find_kernel(add_u8_kernels, sum->target).run(*sum, a, b, count, result);

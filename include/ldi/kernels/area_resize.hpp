@@ -98,7 +98,7 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 #endif
 #undef LDI_NO_FUSED_MULTIPLY_ADD
 
-/// Computes one row of the result.
+/// Computes row y of the result.
 ///
 /// source  H x W x C
 /// sums    working memory

@@ -40,9 +40,9 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 ///
 /// target   instruction set to pack for; must be available (is_available()), else raises invalid_option
 /// weights  outputs x rows x inputs, row-major, finite; at least one input
-/// bias     outputs
+/// bias     outputs, 1 or more
 /// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
-/// after    activation to apply after the bias
+/// after    activation to apply after the bias; slope 0 to 1
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && !weights.empty() && weights.size() % (bias.size() * rows) == 0);
@@ -66,6 +66,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
 ///
 /// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
+/// pixels        number of pixels to compute
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,

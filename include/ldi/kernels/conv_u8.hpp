@@ -51,7 +51,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// zero_points        one per input of a piece (see `rows`), at least one; the same for all pieces
 /// scales, bias       one each per output: sum * scale + bias is in units of the result's scale
 /// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
-/// after              activation to apply after the bias
+/// after              activation to apply after the bias; slope 0 to 1
 /// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
@@ -88,6 +88,7 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
 ///
 /// rows          addresses of the first pixel's pieces, each of weights->inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
+/// pixels        number of pixels to compute
 /// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>

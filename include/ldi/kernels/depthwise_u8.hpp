@@ -39,6 +39,7 @@ static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar)
 ///
 /// target             as for pack_gemm_u8()
 /// weights            channels x 3 x 3, row-major
+/// weight_zero_point  zero point of the weights
 /// bias               channels, in units of input scale * weight scale; |bias| must be below 2^30
 /// stride             1 or 2
 /// input_zero_point   zero point of the activations, and the value of pixels outside the image
@@ -65,7 +66,8 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
 ///
 /// rows    the window's three input rows from top to bottom, width x channels each; nullptr for a row outside the image. The
 ///         function applies stride and repeat only horizontally; the caller applies them vertically by selecting the rows
-/// repeat  1 to 4: repetitions of each pixel
+/// width   number of pixels per row, before repetition; 0 does nothing
+/// repeat  number of copies of each pixel in the upsampled row, 1 to 4
 /// result  weights->result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {

@@ -42,7 +42,8 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 ///                    used. VNNI and NEON kernels require that all `weight - zero point`, or all their negatives, fit in signed
 ///                    bytes. x86 kernels also require a float form of the requantization (find_float_requantization())
 /// weights            outputs x segments x inputs, row-major
-/// bias               outputs, in units of input scale * weight scale
+/// weight_zero_point  zero point of the weights
+/// bias               outputs, 1 or more, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
 /// input_zero_point   zero point of the activations
 /// output             constants of the conversion from sums to results
@@ -74,6 +75,7 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
 /// segments      addresses of the first pixel's pieces, each of weights->inputs values; 3 more bytes after each piece must be
 ///               readable
 /// pixel_stride  distance between the pieces of adjacent pixels, in bytes
+/// pixels        number of pixels to compute
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {

@@ -1,6 +1,7 @@
-// Instruction sets that kernels/ has code for; each is a row of `instruction_sets`. A program selects a set at run time when it
-// packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a set by
-// its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a set.
+// Instruction sets for which kernels/ has code. Each set is a row of `instruction_sets`. A program selects a set at run time
+// when it packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces
+// a set by its name, for tests and benchmarks. kernels/README.md has a table of all families and sets, and the steps to add a
+// set.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -65,11 +66,12 @@ inline bool is_available(isa set) {
 /// where  place of the error, for the message
 inline void check_available(const char* where, isa set) {
     if (!is_available(set))
-        raise(error_code::invalid_option, where, "an instruction set of this processor and build", std::string(to_string(set)));
+        raise(error_code::invalid_option, where, "an instruction set that this processor and build support",
+              std::string(to_string(set)));
 }
 
-/// Returns the set that LDI_ISA names, else the fastest available one. Raises an error if LDI_ISA names a set that is not
-/// available.
+/// Returns the set that LDI_ISA names, or the fastest available set if LDI_ISA is not set or empty. Raises invalid_option if
+/// LDI_ISA names a set that is not available.
 inline isa best_isa() {
     const char* const forced = std::getenv("LDI_ISA");
     const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);

@@ -15,8 +15,8 @@ template <class Data>
 prepared<Data> prepared_from(Data data);
 }
 
-/// Data that a packing function prepared for its kernel. It can be read, for example `weights->outputs`, but not changed, because
-/// kernels do not check it.
+/// Data that a packing function prepared for its kernel. Callers can read the data, for example `weights->outputs`, but cannot
+/// change it, because kernels do not check it.
 template <class Data>
 class prepared {
 public:

@@ -60,7 +60,7 @@ inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && s
 
 /// Computes the integer form of a scale.
 ///
-/// scale  input scale * weight scale / output scale, computed in float
+/// scale  input scale * weight scale / output scale, computed in float; in [2^-32, 1)
 inline requantization make_requantization(float scale, std::uint8_t zero_point) {
     LDI_ASSERT(is_requantization_scale(scale));
     const std::uint32_t mantissa = (detail::bits_of(scale) & 0x007FFFFF) | 0x00800000;
@@ -82,7 +82,8 @@ inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
 }
 
-/// Computes the constants of `y = a + b`, where each tensor has its own quantization.
+/// Computes the constants of `y = a + b`, where each tensor has its own quantization. are_addition_ratios() must accept the
+/// ratios of the scales.
 inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
     const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
     LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));

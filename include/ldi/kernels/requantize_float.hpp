@@ -1,7 +1,8 @@
 // Requantization in float arithmetic. It returns the same 8-bit values as the integer form of kernels/requantize.hpp, at a third
-// of the cost in vector code. The integer form is monotonic and returns at most 256 values, so at most 255 thresholds define it.
-// A float form that agrees on both sides of each threshold agrees everywhere. With the exact scale and offset, a few thresholds
-// are off by one. Constants that differ from these by a few units in the last place reproduce every threshold.
+// of the cost in vector code. The integer form is monotonic and returns at most 256 different values, so at most 255 thresholds
+// define it. A float form that agrees with the integer form on both sides of each threshold agrees everywhere. With the exact
+// scale and offset, a few thresholds are off by one. Constants that differ from these by a few units in the last place
+// reproduce every threshold.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -27,7 +28,7 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 }  // namespace detail
 
 /// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
-/// With scale and offset both negated, the form maps `-acc` to the result that it had for `acc`.
+/// With scale and offset both negated, the form returns for `-acc` what the original form returns for `acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -61,7 +62,8 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
     std::int64_t below = lowest;  // requantizes to less than `value`
     for (int value = requantize(lowest, r) + 1; value <= requantize(highest, r); ++value) {
-        // Thresholds are about 1 / scale apart. The search for the next one starts at the last one and doubles its step.
+        // Thresholds are about 1 / scale apart. The search for the next threshold starts at the previous threshold and doubles
+        // its step.
         std::int64_t above = below, step = 1;
         while (result_at(above) < value) {
             below = above;
@@ -104,8 +106,8 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// The integer form rounds twice. Its first rounding moves the thresholds toward zero by this distance. With a shift of 0, there
-/// is only one rounding.
+/// Returns the distance by which the first of the integer form's two roundings moves the thresholds toward zero; 0 for a shift
+/// of 0, because the integer form then rounds only once.
 inline double threshold_shift(const requantization& r) { return r.shift == 0 ? 0.0 : std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail

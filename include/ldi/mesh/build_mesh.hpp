@@ -31,19 +31,21 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// layers  in canonical order. Disparities above 1 count as 1. Negative disparities lie behind disparity 0, but their inverse
 ///         depth is clamped to at least 0.9 times that of disparity 0. Edges along silhouettes are soft if there is a matte
 ///         column. Where a hidden surface ends at a nearer one of similar depth, a strip extends the hidden surface behind the
-///         nearer one, by at most as many pixels as the atlas's padding has texels. If the tolerances are no larger and the
-///         padding no smaller than their defaults, cameras within facts.motion see almost no gaps (bench/quality/README.md)
-/// facts   supply camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule and motion
+///         nearer one, by at most as many pixels as the atlas's padding has texels. Cameras within facts.motion see almost no
+///         gaps (bench/quality/README.md), unless a tolerance is larger or the padding smaller than its default
+/// facts   the photo's camera (with a positive focal length), margin, range (0 < z_near <= z_far), surface rule (max_step at
+///         least 0) and motion (finite, at least 0)
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if inputs don't fit together, or if there are
-/// charts and the atlas has no pixels, or a chart lies outside the atlas; invalid_data for disparities that are not finite; and
-/// too_large for a chart with a bounding box above max_chart_box.
+/// Raises invalid_option for options or facts out of range; mismatch if `layers` is a view whose graph violates an invariant,
+/// if the inputs don't fit together, if there are charts but the atlas has no pixels, or if a chart lies outside the atlas;
+/// invalid_data for disparities that are not finite; and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and charts
-/// with many edges across one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and
+/// charts with many edges across one scanline. The function allocates about 30 bytes per pixel, and up to 100 if most surfaces
+/// are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {

@@ -42,32 +42,33 @@ struct chart_mesh {
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen
 };
 
-/// Results of all steps before lifting, for inspection and tests.
+/// Results of all steps before the vertices are lifted to their depth, for inspection and tests.
 struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
-    /// Corners of simplified outline pieces that border on only one chart: those of piece p are
-    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Pieces between two charts have no entries.
+    /// Kept corners of the outline pieces that border only one chart, as indices in chart_outlines::corners. Piece p has the
+    /// entries open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Pieces between two charts have no entries.
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
 /// Triangulates every chart in the plane.
 ///
 /// layers  in canonical order, with finite disparities
-/// range   distances at disparity 1 and 0
+/// range   distances of surfaces at disparity 1 and 0; 0 < z_near <= z_far
 /// charts  a partition of the pixels (make_charts)
 ///
-/// Raises invalid_option; mismatch if an invariant of a view's graph does not hold, if the charts are not a partition of the
-/// pixels, if a right neighbor is not the next pixel, as it is in canonical order, or if a chart has two pixels at one position;
-/// invalid_data for disparities that are not finite; and too_large for a bounding box above max_chart_box.
+/// Raises invalid_option for an option or a range out of bounds; mismatch if `layers` is a view whose graph violates an
+/// invariant, if the charts are not a partition of the pixels, if a right neighbor is not the next pixel, as it is in canonical
+/// order, or if a chart has two pixels at one position; invalid_data for disparities that are not finite; and too_large for a
+/// bounding box above max_chart_box.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
 
 namespace detail {
 
-/// Checks and triangulates charts one after the other.
+/// Checks the outlines of charts for crossings and triangulates the charts, one chart per call.
 class chart_mesher {
 public:
     chart_mesher(flat_mesh& flat, const simplified_boundary& boundary, const chart_set& charts)
@@ -192,10 +193,10 @@ public:
     outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
         : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts
-    /// on both sides again. The repair terminates, because fully detailed outlines never cross. The triangulation makes the
-    /// final decision, but it stops at the first conflict. Most crossings are therefore found by crossing_finder and repaired
-    /// before the triangulation.
+    /// Sets flat.charts. A simplified outline can cross itself. This function then splits the affected edges and checks the
+    /// charts on both sides again. The repair terminates, because outlines with all their corners never cross. The triangulator
+    /// detects all crossings, but it stops at the first one. crossing_finder therefore finds most crossings before the
+    /// triangulation.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
@@ -224,7 +225,7 @@ private:
         });
     }
 
-    /// Makes the splits that the charts in `indices` requested, and returns the charts on both sides of the split edges.
+    /// Performs the splits that the charts in `indices` requested, and returns the charts on both sides of the split edges.
     buffer<std::int32_t> split(const buffer<std::int32_t>& indices) {
         buffer<boundary_split> splits;
         for (std::int32_t c : indices) splits.insert(splits.end(), to_split_[c].begin(), to_split_[c].end());

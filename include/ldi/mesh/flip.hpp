@@ -18,8 +18,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// in integer arithmetic.
 ///
 /// points  of the triangulated polygon
-/// t       as triangulator makes it
-/// stack   working memory
+/// t       triangulation from triangulator; changed in place
+/// stack   working memory; pass the same buffer again to reuse its memory
 ///
 /// Raises mismatch for an index that `points` or `t` does not have, and for half-edges that are not each other's mates.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
@@ -36,8 +36,8 @@ inline void check_triangulation(std::size_t points, const triangulation& t) {
         is_sound = t.triangles[h] < points && (m == -1 || (m >= 0 && m < count && m / 3 != h / 3 && t.mates[m] == h));
     }
     if (!is_sound)
-        raise(error_code::mismatch, "flip_to_delaunay", "a triangulation of " + std::to_string(points) + " points",
-              "other indices");
+        raise(error_code::mismatch, "flip_to_delaunay", "a consistent triangulation of " + std::to_string(points) + " points",
+              "an index out of range, or half-edges that are not mates of each other");
 }
 
 /// Replaces the edge of half-edge h, between triangles a b c and b a d, with the edge c d.

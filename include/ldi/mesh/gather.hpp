@@ -30,13 +30,13 @@ struct corner_pixels {
     std::size_t count = 0;
 };
 
-/// Collects the pixels that share the corner (x, y): first `pixel` itself, then those that links around the corner connect to it.
-/// The result is empty if `pixel` does not touch the corner.
+/// Collects the pixels that share the corner (x, y): first `pixel` itself, then the pixels that are connected to it by links
+/// around the corner. The result is empty if `pixel` does not touch the corner.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, float x, float y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
     const float dx = x - nearest_float(g.x()[pixel]), dy = y - nearest_float(g.y()[pixel]);
-    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // true for NaN, too
+    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // also true for NaN
     add(pixel);
     const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
     const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
@@ -50,15 +50,15 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 
 }  // namespace detail
 
-/// Returns V x channels scalars: at each vertex, the column's `at_vertex` rule combines the surrounding pixels of the vertex's
-/// surface. The outer end of a hem has the values of its inner end.
+/// Returns V x channels scalars. At each vertex, the column's `at_vertex` rule combines the values of the surrounding pixels of
+/// the vertex's surface. The outer end of a hem has the values of its inner end.
 ///
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if an invariant of a view's graph does not hold, if the mesh refers to pixels outside the layers, or if a
-/// vertex does not project to a corner of its pixel, because it was moved or belongs to another camera; and invalid_data for hems
-/// outside the mesh. Time is linear.
+/// Raises mismatch if `layers` is a view whose graph violates an invariant, if the mesh refers to pixels outside the layers, or
+/// if a vertex does not project to a corner of its pixel, because it was moved or belongs to another camera; and invalid_data
+/// for hems with vertex indices outside the mesh. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;

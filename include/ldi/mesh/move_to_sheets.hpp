@@ -42,8 +42,8 @@ public:
     }
 
 private:
-    /// Returns a texture coordinate for an offset from the start of a room. Clamps the offset, because hems may be wider than the
-    /// padding of the room.
+    /// Returns a texture coordinate for an offset from the start of a chart's rectangle on the sheet. Clamps the offset,
+    /// because hems may be wider than the padding inside the rectangle.
     static float on_sheet(double texels, std::int32_t room, std::int32_t room_length, std::int32_t length) {
         return static_cast<float>((room + std::clamp(texels, 0.0, nearest_double(room_length))) / length);
     }
@@ -84,7 +84,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     }
     for (const auto& placement : layout.placements)
         if (static_cast<std::size_t>(placement.sheet) >= layout.sizes.size())
-            raise(error_code::mismatch, "move_to_sheets", "sheets below " + std::to_string(layout.sizes.size()),
+            raise(error_code::mismatch, "move_to_sheets", "sheet indices below " + std::to_string(layout.sizes.size()),
                   std::to_string(placement.sheet));
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };

@@ -45,9 +45,9 @@ struct outline_step {
     bool reversed;
 };
 
-/// Outlines of all charts. Each chart has one or more loops, outer loops clockwise as seen in the photo and holes
-/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part of
-/// the chart that meets there.
+/// Outlines of all charts. Each chart has one or more loops. Outer loops run clockwise as seen in the photo, and holes
+/// counter-clockwise, so the chart always lies to the right. Where an outline touches itself, it visits the corner once for
+/// each part of the chart that meets there.
 struct chart_outlines {
     buffer<outline_corner> corners;
     buffer<boundary_piece> pieces;
@@ -69,12 +69,13 @@ struct chart_outlines {
 /// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order, or if the arguments don't fit
 /// together; and too_large for a chart larger than max_chart_box.
 chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
-/// The same for a view of a graph. Raises mismatch if an invariant of `graph` does not hold, in release builds, too.
+/// Does the same for a view of a graph. Also raises mismatch if the view violates an invariant of `graph`, even in release
+/// builds.
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
-/// Traces the pieces one by one, and then connects them to loops. Each piece is traced once, for both of its charts.
+/// Traces the pieces one by one, and then connects them into loops. Traces each piece once, for both of its charts.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
@@ -158,8 +159,8 @@ private:
         return on_border ? -2 - e.side : no_chart;
     }
 
-    /// Returns the signed area between a piece and the y axis: its contribution to the area of a loop that runs forward through
-    /// it.
+    /// Returns the signed area between a piece and the y axis: the piece's contribution to the area of a loop that runs forward
+    /// through it.
     std::int64_t area_swept(const boundary_piece& piece) const {
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;

@@ -8,7 +8,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A corner between pixels: the vertex of a polygon.
+/// A vertex of a polygon: a corner between pixels.
 struct lattice_point {
     std::int32_t x, y;  ///< within +-2^16
 
@@ -45,15 +45,15 @@ inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
     return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
 }
 
-/// Number of bits of a vertex in polygon_event().
+/// Number of bits that polygon_event() uses for a vertex index.
 inline constexpr int polygon_vertex_bits = 28;
 inline constexpr std::int32_t max_polygon_vertices = 1 << polygon_vertex_bits;
 
 /// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 18, 18 and 28 bits.
 ///
-/// This suffices for every chart. Coordinates are 0 to max_chart_box. Each vertex is the first corner of a pixel side (clockwise
-/// around the pixel), and no two vertices share a side. The bounding box has at most max_chart_box^2 pixels with four sides each,
-/// so a chart has at most 4 max_chart_box^2 = 2^28 vertices.
+/// 28 bits suffice for the vertices of every chart. Coordinates are 0 to max_chart_box. Each vertex is the first corner of a
+/// pixel side (clockwise around the pixel), and no two vertices share a side. The bounding box has at most max_chart_box^2
+/// pixels with four sides each, so a chart has at most 4 max_chart_box^2 = 2^28 vertices.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
     constexpr std::int32_t offset = 1 << 17;
     const std::int64_t event =

@@ -25,8 +25,8 @@ struct simplify_options {
     /// Maximum distance of a corner from the simplified boundary, in pixels, at least 0. With 0, only corners on straight lines
     /// are dropped.
     float tolerance = 1.0F;
-    /// Maximum difference in disparity between a corner and the simplified boundary, at least 0, so that a boundary bends where
-    /// its surface bends.
+    /// Maximum difference in disparity between a corner and the simplified boundary, at least 0. This limit makes a boundary
+    /// bend where its surface bends.
     float disparity_tolerance = 0.01F;
     /// Maximum shift of the texture, in pixels, above 0, that perspective-correct rendering may cause along an edge. Edges with a
     /// larger shift are split (depth_range::texture_shift).
@@ -52,8 +52,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// For every piece of a boundary, the indices of the corners that simplification keeps, from the piece's start to its end,
-/// including both. split() refines individual edges if a simplified outline would cross itself.
+/// For every piece of a boundary, the indices of the corners that simplification keeps, from the piece's start to its end, both
+/// included. split() refines individual edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative, or texture_tolerance is 0, and mismatch for a piece with corners that
@@ -113,7 +113,8 @@ inline void douglas_peucker(const buffer<outline_corner>& points, const simplify
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
-    // Even with a tolerance of 0, points on the segment are dropped. The minimum allows for the rounding errors below.
+    // A tolerance of 0 also drops points on the segment. The minimum of 1e-3 absorbs the rounding errors of the distances
+    // computed below.
     const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
     const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, points.count() - 1});
@@ -162,8 +163,8 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
     for (const boundary_piece& p : outlines.pieces) {
         if ((std::min)({p.start, p.end, p.first_inner, p.inner_count}) < 0 || (std::max)(p.start, p.end) >= count ||
             p.inner_count > count - p.first_inner)
-            raise(error_code::mismatch, "simplified_boundary", "pieces of " + std::to_string(count) + " corners",
-                  "other indices");
+            raise(error_code::mismatch, "simplified_boundary", "pieces with indices of " + std::to_string(count) + " corners",
+                  "an index out of range");
         const auto inner = outlines.corners.begin() + p.first_inner;
         points.assign(1, corner(p.start));
         points.insert(points.end(), inner, inner + p.inner_count);

@@ -11,12 +11,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Options of make_studs().
 struct stud_options {
     /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. A smaller distance or
-    /// tolerance means more triangles and a smaller error; both were tuned by experiment.
+    /// disparity_tolerance results in more triangles and a smaller error. Both were tuned by experiment.
     std::int32_t spacing = 24;
     /// Maximum error of disparity interpolated between two vertices along a stud or row, at least 0.
     float disparity_tolerance = 0.006F;
-    /// Minimum distance in pixels from a vertex to other charts and surfaces, and from a single vertex to a stud; 1 to 64.
-    /// It must be larger than the tolerance of outlines, so that studs keep clear of simplified outlines.
+    /// Minimum distance in pixels from a vertex to other charts and surfaces, and from a single vertex to a stud; 1 to 64. The
+    /// clearance must be larger than the tolerance of outlines, so that studs stay away from simplified outlines.
     std::int32_t clearance = 4;
     /// Maximum shift of the texture over a triangle when it is drawn, in pixels, above 0 (depth_range::texture_shift). On slanted
     /// surfaces this moves studs and their vertices closer together, but not closer than twice the clearance.

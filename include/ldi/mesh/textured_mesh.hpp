@@ -24,7 +24,7 @@ struct soft_edge_strip {
     std::size_t vertex_count() const { return opacity.size(); }
 };
 
-/// Start of the vertices and triangles that use one of several textures. They end at the start of the next part.
+/// Start of the vertices and triangles that use one of several textures. A part ends at the start of the next one.
 struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
@@ -40,7 +40,7 @@ struct textured_mesh {
     /// V x 3, in the unit of depth_range; x right, y up. The photo's camera is at the origin and looks along -z.
     buffer<float> positions;
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image with a corner at the vertex (at `inner` for a hem)
+    buffer<std::int32_t> pixels;        ///< V; a pixel with a corner at the vertex (outer end of a hem: at its inner end)
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty if edges are hard
     /// Part t uses texture t. Parts share no vertices; a part may have no triangles. If empty, the whole mesh uses one texture.
@@ -87,18 +87,18 @@ void check_triangles(const Mesh& mesh) {
 inline void check_hems(const textured_mesh& mesh) {
     for (const hem_vertex& h : mesh.hem_vertices)
         if ((std::max)(h.outer, h.inner) >= mesh.vertex_count())
-            raise(error_code::invalid_data, "mesh", "hems between vertices below " + std::to_string(mesh.vertex_count()),
+            raise(error_code::invalid_data, "mesh", "vertex indices of hems below " + std::to_string(mesh.vertex_count()),
                   std::to_string(h.inner) + " and " + std::to_string(h.outer));
 }
 
 }  // namespace detail
 
-/// Checks a mesh, for example after the caller changed it. Writers and renderers call this function, too. Raises mismatch unless
-/// the mesh has as many texture coordinates as vertices and uses `textures` textures. Raises invalid_data for coordinates that
-/// are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of other parts. Linear
-/// time.
+/// Checks a mesh, for example after the caller changed it. Writers and renderers also call this function. Raises mismatch
+/// unless the mesh has as many texture coordinates as vertices and uses `textures` textures. Raises invalid_data for
+/// coordinates that are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of
+/// other parts. Time is linear.
 ///
-/// textures  number of textures; mesh.part_count() if any number is valid
+/// textures  number of textures; pass mesh.part_count() to accept any number
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     detail::check_triangles(mesh);
     detail::check_triangles(mesh.soft_edges);

@@ -19,8 +19,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The reason why a polygon cannot be triangulated: some of these edges cross or touch where they must not. The first vertex of
-/// each edge identifies it.
+/// Edges that prevent the triangulation of a polygon: some of them cross or touch where they must not. The first vertex of an
+/// edge identifies the edge.
 struct polygon_conflict {
     buffer<std::int32_t> edges;
 };
@@ -97,7 +97,8 @@ inline void triangulator::check(const polygon& shape) {
     const auto is_index = [&](std::int32_t next) { return next >= -1 && next < static_cast<std::int32_t>(count); };
     if (shape.next.size() != count || shape.outline_count < 0 || static_cast<std::size_t>(shape.outline_count) > count ||
         !std::all_of(shape.next.begin(), shape.next.end(), is_index))
-        raise(error_code::mismatch, "triangulator", "a polygon of " + std::to_string(count) + " vertices", "other indices");
+        raise(error_code::mismatch, "triangulator", "`next` and outline_count for " + std::to_string(count) + " vertices",
+              "another size of `next`, or an index out of range");
 }
 
 inline void triangulator::collect_events(const polygon& shape) {
@@ -118,7 +119,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
     return std::nullopt;
 }
 
-/// Counts the edges that end here and records those that begin.
+/// Counts the edges that end at the point and records those that begin there.
 inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon& shape, swept_point& p) {
     starting_.clear();
     for (std::size_t event = p.first_event; event < p.last_event; ++event) {

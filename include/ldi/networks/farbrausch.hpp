@@ -45,7 +45,7 @@ public:
     ///          `encoder.I.range` and, except for the last stage, `decoder.I.range`: the minimum and maximum of the values
     ///          before quantization, which examples/training/farbrausch/export.py measures
     /// kind     the number format of the computation
-    /// target   the instruction set to pack weights for; changes results only by rounding errors
+    /// target   the instruction set for which to pack the weights; changes results only by rounding errors
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape. Raises
     /// invalid_data for weights that are not finite or a range without 0; unsupported for an architecture outside the limits of
@@ -64,7 +64,9 @@ public:
     /// Returns the image with every unknown color inpainted. The image counts as a single, fully linked layer.
     ///
     /// color  H x W x 3, red, green, blue, 0 to 255
-    /// known  H x W x 1, 0 where the color is to be inpainted; raises mismatch for other sizes
+    /// known  H x W x 1, 0 where the color is to be inpainted
+    ///
+    /// Raises mismatch for any other shape of color or known, and too_large for 2^31 pixels or more.
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
@@ -72,7 +74,8 @@ public:
     /// Returns the network's unclamped output: red, green, blue, in about [0, 1], for each pixel i with wanted[i] != 0, in
     /// ascending order of i. A surface without any known pixel gets one constant color (black for missing_colors::masked).
     ///
-    /// wanted  K, one per pixel, else raises mismatch; must be nonzero wherever known_column is 0
+    /// wanted  K values, one per pixel; must be nonzero wherever known_column is 0. Raises mismatch for any other number of
+    ///         values
     ///
     /// The bits of a pixel's result do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
@@ -113,12 +116,12 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     if (wanted.size() != layers.size())
         raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " entries in `wanted`, one per pixel",
               std::to_string(wanted.size()) + " entries");
-    if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "one that was moved from");
+    if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "a moved-from network");
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();
-    buffer<float> fill;  // base color that the network's output is added to
+    buffer<float> fill;  // colors to which the network's output is added
     const auto run = [&]<class Weights>(const detail::farbrausch_convolutions<Weights>& packed) {
         detail::masked_map<typename Weights::value_type> input;
         if (architecture_.missing == missing_colors::masked) {
@@ -202,7 +205,7 @@ template <executor Executor>
 image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                         const progress_listener& progress, Executor&& threads) const {
     if (color.channels() != 3 || known.channels() != 1 || color.height() != known.height() || color.width() != known.width())
-        raise(error_code::mismatch, stage_name, "H x W x 3 colors and H x W x 1 marks of known colors",
+        raise(error_code::mismatch, stage_name, "H x W x 3 colors and an H x W x 1 mask of known pixels",
               detail::shape_text(color) + " and " + detail::shape_text(known));
     if (color.width() * color.height() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
         raise(error_code::too_large, stage_name, "fewer than 2^31 pixels", detail::shape_text(color));

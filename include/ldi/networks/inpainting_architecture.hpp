@@ -3,8 +3,8 @@
 //
 // Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
 // `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution with a leaky ReLU. It reads the
-// upsampled result of the coarser level and the input of this level's encoder stage. It computes as many channels as the input of
-// that encoder stage has. Exception: the last stage computes red, green, blue, and has no activation.
+// upsampled result of the coarser level and the input of this level's encoder stage. Its output has as many channels as the
+// input of that encoder stage. The last decoder stage differs: it computes red, green and blue, and has no activation.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -34,7 +34,7 @@ struct inpainting_architecture {
     float leak = 0.2F;                                 ///< negative slope of the decoder's activation
     missing_colors missing = missing_colors::filled;
 
-    /// Input channels of encoder stage i.
+    /// Number of input channels of encoder stage i.
     std::size_t inputs(std::size_t i) const {
         if (i > 0) return channels[i - 1];
         return missing == missing_colors::filled ? 4 : 3;
@@ -68,7 +68,7 @@ constexpr std::string_view to_string(arithmetic kind) {
 
 namespace detail {
 
-/// Raises unsupported if a property of the architecture is outside its limits.
+/// Raises unsupported if a property of the architecture is outside the limits below.
 ///
 /// file  name for error messages; may be empty
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
@@ -81,7 +81,7 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
     };
     expect(!a.channels.empty() && a.channels.size() <= max_levels, "channels", "1 to 8 stages",
            std::to_string(a.channels.size()));
-    expect(a.kernels.size() == a.channels.size(), "kernels", "one for each stage", std::to_string(a.kernels.size()));
+    expect(a.kernels.size() == a.channels.size(), "kernels", "one kernel size for each stage", std::to_string(a.kernels.size()));
     for (const std::size_t count : a.channels)
         expect(count >= 1 && count <= max_filters, "channels", "1 to 1024 each", std::to_string(count));
     for (const std::int32_t size : a.kernels)

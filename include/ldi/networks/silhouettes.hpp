@@ -40,7 +40,7 @@ public:
     ///
     /// weights  for each layer, `NAME.weight` (outputs x inputs x 3 x 3) and `NAME.bias`, with batch normalization folded in.
     ///          Also `input.range`, and `NAME.range` for every layer that another layer reads: minimum and maximum of the values
-    /// target   the instruction set to pack weights for; results do not depend on it
+    /// target   the instruction set for which to pack the weights; results do not depend on it
     ///
     /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of the wrong type or shape;
     /// invalid_data for weights that are not finite or a range without 0; unsupported for weights whose quantization is not

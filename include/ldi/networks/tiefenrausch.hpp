@@ -45,12 +45,13 @@ struct depth_network_sizes {
 class tiefenrausch {
 public:
     static constexpr std::size_t long_side = 384;  ///< long side of the paper's input, in pixels
-    /// input sides are multiples of this number, because the network halves its input five times
+    /// The sides of the network's input are multiples of this number, because the network halves its input five times.
     static constexpr std::size_t alignment = 32;
 
     /// Packs the network.
     ///
-    /// target  the instruction set to pack weights for; results do not depend on it
+    /// target  the instruction set for which to pack the weights; results do not depend on it
+    /// output  meaning of the network's output
     /// sizes   input sizes of disparity()
     ///
     /// Raises the errors of quantized_network. Raises mismatch unless the network maps a color image to one channel of the same
@@ -61,16 +62,17 @@ public:
         : network_(description, target), output_(output), sizes_(sizes) {
         const std::string where = detail::place_in(description.where, "depth network");
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
-            raise(error_code::mismatch, where, "3 channels in and 1 out",
+            raise(error_code::mismatch, where, "3 input channels and 1 output channel",
                   std::to_string(network_.input_channels()) + " and " + std::to_string(network_.output_channels()));
         const tensor_size smallest{alignment, alignment}, result = network_.output_size(smallest);
         if (result != smallest)
             raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
         for (const std::size_t side : {sizes.details, sizes.layout})
-            if (side % alignment != 0 || side > max_long_side || sizes.details == 0)
+            if (side % alignment != 0 || side > max_long_side)
                 raise(error_code::mismatch, where,
                       "long sides that are multiples of 32, at most " + std::to_string(max_long_side), std::to_string(side));
+        if (sizes.details == 0) raise(error_code::mismatch, where, "a size of the main pass above 0", "0");
         if (level_quantization().scale > max_scale)
             raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + detail::to_text(max_scale),
                   "steps of " + detail::to_text(level_quantization().scale));
@@ -78,8 +80,8 @@ public:
 
     depth_network_sizes sizes() const { return sizes_; }
 
-    /// Returns the size to which a photo is resized. The long side becomes `to`. The short side follows the aspect ratio, rounded
-    /// down to a multiple of 32, but at least 32.
+    /// Returns the size to which resize_for_network() resizes a photo. The long side becomes `to`. The short side follows the
+    /// aspect ratio, rounded down to a multiple of 32, but at least 32.
     ///
     /// to  the long side in pixels, a multiple of 32
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
@@ -93,7 +95,8 @@ public:
 
     /// Resizes a photo to network_size() by averaging over areas.
     ///
-    /// photo  H x W x 3, red, green, blue, 0 to 255
+    /// photo  H x W x 3, red, green, blue, 0 to 255; raises invalid_data for any other shape and for an empty photo
+    /// to     the long side of the result in pixels, a multiple of 32
     template <executor Executor>
     static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads,
                                                   std::size_t to = long_side) {
@@ -103,8 +106,8 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization(). Raises mismatch if
-    /// the network maps an input of this size to another size.
+    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization(). Raises mismatch
+    /// for any other shape of `rgb`, or if the network maps an input of this size to another size.
     ///
     /// rgb               H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
@@ -133,8 +136,8 @@ public:
     /// Working memory of levels() in bytes, without its input and its result.
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
-    /// Estimates disparity: positive, larger is nearer, known up to a factor. Returns H' x W' x 1, with H' x W' = network_size()
-    /// for sizes().details. Raises the errors of levels().
+    /// Estimates disparity: positive, larger is nearer, known up to a factor. Returns H' x W' x 1, with H' x W' =
+    /// network_size() for sizes().details. Raises the errors of resize_for_network() and levels().
     ///
     /// photo     H x W x 3, red, green, blue, 0 to 255, of any size
     /// progress  receives the stage "depth estimation"
@@ -179,9 +182,9 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// Ratio of the disparities of two consecutive output levels. Rounding alone can cause this ratio between neighboring pixels,
-    /// so it does not prove an edge. If the network outputs disparity, the ratio varies; returns the ratio of the two largest
-    /// levels.
+    /// Ratio of the disparities of two consecutive output levels. Rounding alone can cause this ratio between neighboring
+    /// pixels, so this ratio is no evidence of an edge. If the network outputs disparity, the ratio varies; returns the ratio
+    /// of the two largest levels.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
         return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
@@ -192,7 +195,7 @@ private:
     static constexpr std::size_t max_long_side = 4096;
     static constexpr float max_scale = 0.25F;  ///< exp(255 * max_scale) is within the range of float
 
-    /// Estimated share of the main pass in the total time of both passes, computed from the areas of their inputs.
+    /// Estimated share of the total time of both passes that the main pass takes, computed from the areas of the inputs.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));

@@ -28,10 +28,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
+/// Ends of curves at which a growth_constraint keeps the hidden surface from spreading sideways.
 enum class constrained_ends : std::uint8_t {
     midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
-    all,        ///< every end inside the photo, even if the curve is in front of the background; for comparison with `midground`
+    all,        ///< every end inside the photo, even of curves in front of the background; for comparison with `midground`
     none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
 };
 
@@ -113,8 +113,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
                          const char* where) {
     const auto refuse = [&](const discontinuity_curve& c, const std::string& found) {
         raise(error_code::mismatch, where,
-              "curves that follow the missing links of a layer of " + std::to_string(g.width()) + " x " +
-                  std::to_string(g.height()),
+              "curves along the missing links of a layer of " + std::to_string(g.width()) + " x " + std::to_string(g.height()),
               "curve " + std::to_string(&c - curves.data()) + " with " + found);
     };
     const float width = nearest_float(g.width()), height = nearest_float(g.height());
@@ -149,8 +148,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
 /// of the meeting surfaces can grow behind all others. Unlike in the paper, other ends are not constrained. At such an end, the
 /// disparity step is still as large as the threshold, so a camera that moves along the curve uncovers some of the back surface
-/// past the end. Time is linear, except for sorting the ends of curves. Memory is 5 bytes per pixel, 16 per pixel side and 500
-/// per curve.
+/// past the end. Runs in linear time, except for sorting the ends of curves. Uses 5 bytes of memory per pixel, 16 per pixel
+/// side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {

@@ -36,8 +36,9 @@ struct expand_options {
     /// Maximum number of iterations, each of which grows all surfaces by one pixel. If this limit ends growth early, views within
     /// `motion` show gaps.
     int iterations = 4096;
-    /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
-    /// 1 with the default motion. Without the limit, maps of noise or of staircases would need 6.
+    /// Maximum number of hidden pixels per pixel of the photo, 0 or more; growth ends after the iteration that reaches this
+    /// number. 117 photographs and sensor depth maps need at most 1 with the default motion. Without the limit, maps of noise
+    /// or of staircases would need 6.
     float max_hidden = 1.25F;
     /// Whether hidden surfaces behind different curves join where they meet at similar depth. If false, they pass each other; for
     /// comparison only.
@@ -57,7 +58,7 @@ struct expanded_layers {
 ///
 /// layer    result of lift() after close_spurious_discontinuities()
 /// surface  rule by which lift() linked the layer; raises mismatch for a rule under which a curve separates pixels of one
-///          surface. A smaller max_step than lift()'s is not detected: hidden surfaces then join too rarely
+///          surface. expand() cannot detect a max_step smaller than lift()'s; hidden surfaces then join too rarely
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
 /// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options outside their ranges or a max_step outside
@@ -73,9 +74,9 @@ struct expanded_layers {
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of all pixels after every iteration, for tests and
 /// pictures. The pixels are in the order in which they were added; `first_new` is the index of the first hidden one.
 ///
-/// At most about 1 / surface_rule::max_step surfaces lie at one position. Most photos need less than half a hidden pixel per
-/// pixel of the photo; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is
-/// up to 110 bytes per pixel.
+/// At most about 1 / surface_rule::max_step surfaces exist at one position. Most photos need less than half a hidden pixel per
+/// pixel of the photo; expand_options::max_hidden is the limit. The function runs in linear time in the number of pixels of the
+/// result, and uses up to 110 bytes of memory per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},

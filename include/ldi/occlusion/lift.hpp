@@ -103,16 +103,18 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 ///
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
-/// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera may be empty
+/// facts      properties of the photo; their surface rule decides which neighbors are linked. The camera's width and height
+///            must be those of the photo, or both 0
 ///
-/// Raises mismatch if an image is empty, or images and camera differ in size; invalid_option for a threshold below 0 or NaN;
-/// invalid_data for a disparity outside [0, 1]; too_large for 2^31 pixels or more. Linear time; 33 bytes per pixel.
+/// Raises mismatch if an image is empty, or if the images and the camera differ in size. Raises invalid_option for a threshold
+/// that is negative or NaN, invalid_data for a disparity outside [0, 1] by more than a rounding error (1e-5), and too_large for
+/// 2^31 pixels or more. Runs in linear time and uses 33 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
     return detail::lift_colors<color_column>(color, disparity, facts, threads);
 }
-/// Lifts a photo with 16 bits per channel. Parameters and errors as above; 36 bytes per pixel.
+/// Lifts a photo with 16 bits per channel. The parameters and errors are the same. Uses 36 bytes per pixel.
 template <executor Executor = const serial_executor>
 single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
                                                                                 image_view<const float> disparity,

@@ -3,11 +3,11 @@
 // instead.
 //
 // The frame is a window as large as the photo, at a disparity in the middle of the range (window_disparity). Surfaces at this
-// disparity do not move relative to the frame. Other surfaces move in any direction, by up to the motion times the difference
-// between their disparity and the window's. Each surface continues past the border by this distance, at the disparity of its
-// border pixel. The colors of the continuation are those of the photo, mirrored at the border along the surface, slightly
-// softened, and sheared so that lines continue straight (detail/border_lines.hpp). This costs little, keeps the photo's texture,
-// and leaves no seam.
+// disparity do not move relative to the frame. Other surfaces move in any direction. Their maximum movement is the maximum
+// parallax times the difference between their disparity and the window's. Each surface continues past the border by at least
+// this distance, at the disparity of its border pixel. The colors of the continuation are those of the photo, mirrored at the
+// border along the surface, slightly softened, and sheared so that lines continue straight (detail/border_lines.hpp). This
+// costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center. To later stages,
 // the result looks like a photo from the same camera with a larger sensor (photo_facts::layers_camera()).
@@ -90,15 +90,15 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// Continues all surfaces past the photo's border and returns the width of the lattice's new margin (photo_facts::margin).
 ///
 /// layers  layers on the photo's lattice, in canonical order; every pixel has a color
-/// facts   camera and motion are used
+/// facts   properties of the photo; only camera and motion are read, and the margin must be 0
 ///
 /// A new pixel shows a pixel of the photo: it gets that pixel's softened color and the disparity of the border pixel, and its
 /// known_column is 0. The new_pixel rules of all other columns compute its values from the pixel that it shows. A rim of one
 /// color along a side, such as the edge of a scanned slide, would become a line across the picture. Therefore, colors from
-/// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion below 0, infinite or NaN, mismatch if `facts` has a margin, if the camera and the lattice differ
-/// in size, or for layers in another order, invalid_data for disparities that are not finite, and too_large for 2^31 pixels or
-/// positions; after too_large the layers are empty. Linear time.
+/// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Runs
+/// in linear time. Raises invalid_option for a motion that is negative, infinite or NaN. Raises mismatch if `facts` has a
+/// margin, if the camera and the lattice differ in size, or if the layers are not in canonical order. Raises invalid_data for
+/// disparities that are not finite. Raises too_large for 2^31 or more pixels or positions; the layers are then empty.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -107,9 +107,10 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     if (layers.size() == 0) return 0;
     const std::int32_t columns = layers.topology().width(), rows = layers.topology().height();
     if (facts.margin != 0 || facts.camera.width != columns || facts.camera.height != rows)
-        raise(error_code::mismatch, "grow_past_frame", "layers on the lattice of the photo, without a margin",
-              std::to_string(columns) + " x " + std::to_string(rows) + " for a photo of " + std::to_string(facts.camera.width) +
-                  " x " + std::to_string(facts.camera.height) + " with a margin of " + std::to_string(facts.margin));
+        raise(error_code::mismatch, "grow_past_frame", "a lattice of the photo's size, and a margin of 0",
+              std::to_string(columns) + " x " + std::to_string(rows) + " pixels for a photo of " +
+                  std::to_string(facts.camera.width) + " x " + std::to_string(facts.camera.height) + " with a margin of " +
+                  std::to_string(facts.margin));
     for (const float d : layers.template column<disparity_column>())
         if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
     const graph& in = layers.topology();

@@ -1,6 +1,7 @@
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
 // (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so the groups would open as cracks and cut
-// charts into slivers. Therefore, this stage links the pixels on both sides of each discontinuity, and the mesh spans the step.
+// charts into slivers. Therefore, this stage links the pixels on both sides of each such discontinuity, so that the mesh spans
+// the step in depth.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

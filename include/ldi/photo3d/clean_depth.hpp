@@ -26,8 +26,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Shrinks a photo, H x W x 3, to a long side of at most `long_side` pixels, but at least 1. Copies a smaller photo. Raises
-/// invalid_data for a photo without pixels.
+/// Shrinks a photo, H x W x 3, to a long side of at most `long_side` pixels; each side keeps at least one pixel. Copies a
+/// smaller photo. Raises invalid_data for a photo without pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     if (photo.empty())
@@ -63,7 +63,7 @@ inline void check_photo(image_view<const std::uint8_t> photo) {
 struct cleaned_photo {
     image<std::uint8_t> photo;   ///< H x W x 3, long side at most options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;      ///< H x W x 1, the estimate resampled to the photo's resolution, before it is cleaned there
+    image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before filtering
     image<float> disparity;      ///< H x W x 1, cleaned disparity
     image<std::uint8_t> shares;  ///< H x W x 1 or empty: decided_depth::shares
     depth_range range;           ///< distances at disparity 1 and 0
@@ -72,7 +72,8 @@ struct cleaned_photo {
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo      H x W x 3, at least one pixel
-/// estimator  if this is a temporary given_disparity, its map is moved, not copied
+/// estimator  source of the photo's depth; clean_depth() moves the map of a temporary given_disparity instead of copying it
+/// decider    decides whether pixels beside a silhouette belong to the front or the back surface
 ///
 /// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
 /// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
@@ -110,8 +111,7 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& esti
     progress.report("connected components", 1.0F);
     return result;
 }
-/// Estimates and cleans the depth of a photo, H x W x 3 with at least one pixel. aligned_silhouettes decides whether pixels
-/// beside a silhouette belong to the front or the back surface.
+/// Same, with aligned_silhouettes as the decider.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {

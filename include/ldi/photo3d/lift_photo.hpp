@@ -67,8 +67,8 @@ template <payload_column Column>
 buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
                                                std::size_t columns) {
     if (from.height() == 0 || from.width() == 0 || from.channels() != Column::channels)
-        raise(error_code::mismatch, "photo_columns", "an image of " + std::to_string(Column::channels) + " channels with pixels",
-              shape_text(from));
+        raise(error_code::mismatch, "photo_columns",
+              "H x W x " + std::to_string(Column::channels) + " values, at least one pixel", shape_text(from));
     buffer<typename Column::scalar> result;
     result.reserve(rows * columns * Column::channels);
     for (std::size_t y = 0; y < rows; ++y)
@@ -99,9 +99,9 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). `own` are the caller's columns. If `photo.estimated` is empty, lengths in
-/// `options` apply as they do to depth at the photo's resolution. Raises the same errors for options as clean_depth(), and
-/// mismatch if an image of `own` has no pixel or the wrong number of channels.
+/// Lifts `photo`, the result of clean_depth() with the same options, and prepares it for expand(). `own` are the caller's
+/// columns. If `photo.estimated` is empty, lengths in `options` are not scaled. Raises the same errors for options as
+/// clean_depth(), and mismatch if an image of `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
@@ -125,6 +125,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
     result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample));
     return result;
 }
+/// Same, without the caller's own columns.
 template <executor Executor = const serial_executor>
 lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
     return lift_photo(photo, photo_columns<>(), options, threads);

@@ -52,9 +52,9 @@ struct photo3d_options {
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
-    /// Leveling of dips. It joins pieces of the background beside objects, but is off by default: in 2 of 20 photographs, it
-    /// opened holes of up to 11 pixels in views with a long side of 1000 pixels. Intended for use with a network_decider
-    /// (depth/network_decider.hpp).
+    /// Leveling of dips, which joins pieces of the background beside objects. Off by default, because in 2 of 20 photographs,
+    /// leveling opened holes of up to 11 pixels in views with a long side of 1000 pixels. Intended for use with a
+    /// network_decider (depth/network_decider.hpp).
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;
@@ -83,14 +83,14 @@ struct photo3d_options {
 /// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels; at least 1.
 ///
 /// length  0 to longer
-/// longer  the photo's longer side, at least 1
+/// longer  the photo's longer side in pixels, at least 1
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
     LDI_ASSERT(longer > 0);
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size]; 1 for an empty map, as for a
-/// map at the photo's resolution.
+/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size]. Returns 1 for an empty
+/// map.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
     if (estimated.empty()) return 1.0F;
     return std::clamp(detail::nearest_float(photo.width()) / detail::nearest_float(estimated.width()), 1.0F,
@@ -104,7 +104,7 @@ Count scaled(Count count, float by) {
 }
 }  // namespace detail
 
-/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
+/// Converts lengths and pixel counts for a depth map at the photo's resolution to those for a map with larger samples.
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
     options.min_size = detail::scaled(options.min_size, sample_size * sample_size);
     return options;
@@ -139,7 +139,7 @@ inline void check(const photo3d_options& options) {
 
 }  // namespace detail
 
-/// Limits the size of charts so that they fit on full-size sheets (texture/sheets.hpp) for a photo of `photo_height` x
+/// Limits the size of charts so that all charts fit on full-size sheets (texture/sheets.hpp) for a photo of `photo_height` x
 /// `photo_width` pixels. Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {

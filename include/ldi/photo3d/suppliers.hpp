@@ -1,4 +1,5 @@
-// Parts of make_photo3d() (photo3d.hpp) that the caller supplies: depth, silhouettes, and colors of hidden surfaces.
+// Interfaces of the objects that the caller passes to make_photo3d() (photo3d.hpp): sources of depth, silhouettes, and colors
+// of hidden surfaces.
 #pragma once
 
 #include <ldi/base/executor.hpp>

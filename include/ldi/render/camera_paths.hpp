@@ -31,19 +31,19 @@ enum class camera_path : std::uint8_t {
 /// The defaults were chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes
 /// visible.
 struct path_options {
-    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend only as far as expand_options::motion uncovers
-    /// them, so a larger motion shows gaps.
+    /// Maximum motion of the camera, in [0, 1] (render/motion.hpp). Hidden surfaces extend only as far as
+    /// expand_options::motion uncovers them, so a larger motion shows gaps.
     float motion = 0.08F;
     /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
     float focus_disparity = window_disparity;
-    /// zoom_in and dolly_zoom: distance to travel, as a fraction of the distance to the nearest surface; below 1. `motion` may
-    /// limit the distance further.
+    /// zoom_in and dolly_zoom: distance that the camera travels, as a fraction of the distance to the nearest surface, in [0,
+    /// 1). `motion` may limit this distance further.
     float approach = 0.3F;
 };
 
-/// Returns a camera at `position` that looks at `target`, both in the photo's space. The photo's y axis points up in the picture.
-/// The line between the points must not be vertical: otherwise the assertion fails, or without assertions, the rotation has no
-/// finite numbers, and rasterize() refuses the view.
+/// Returns a camera at `position` that looks at `target`, both in the photo's space. The photo's y axis points up in the
+/// picture. The line between the points must not be vertical, which an assertion checks. Without assertions, the rotation of
+/// such a view is not finite, and rasterize() raises an error for the view.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
 /// Returns the view from `position` through a window: the rectangle that the photo covers at disparity `window`. The window fills
@@ -52,7 +52,7 @@ view view_through_window(const pinhole_camera& camera, const depth_range& range,
                          float window = window_disparity);
 
 /// Returns the view at `time` on a path, which starts at time 0 and ends at time 1. Raises invalid_option for options out of
-/// bounds.
+/// range.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
@@ -64,12 +64,12 @@ struct key_frame {
     float zoom = 1;                          ///< factor by which the photo's focal length is multiplied, above 0, finite
 };
 
-/// Returns the view at `time` on a smooth path through all key frames: a cubic spline whose slope at each key frame is the slope
-/// of the line between the neighboring key frames (Catmull-Rom). Before the first and after the last key frame, the camera rests.
-/// Raises invalid_option if there is no key frame, times do not increase, a zoom is not above 0, a number is not finite, or the
-/// camera would look straight up or down at `time`, or at its own position. Positions and targets are interpolated separately, so
-/// this may happen between key frames that look elsewhere. The result may lie outside the motion budget; callers clamp it with
-/// within_motion().
+/// Returns the view at `time` on a smooth path through all key frames: a cubic spline whose slope at each key frame is the
+/// slope of the line between the neighboring key frames (Catmull-Rom). Before the first and after the last key frame, the
+/// camera stays still. Raises invalid_option if there is no key frame, times do not increase, a zoom is not above 0, a number
+/// is not finite, or the camera would look straight up or down at `time`, or at its own position. Positions and targets are
+/// interpolated separately, so this can happen between two key frames even if it happens at neither of them. The result may lie
+/// outside the motion budget; callers clamp it with within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
 /// Computes a frame that hides the outer edge of the photo's surfaces: the largest centered part of the picture, with the same
@@ -155,7 +155,7 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
                          const path_options& options) {
     if (!(options.motion >= 0 && options.motion <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
         !(options.approach >= 0 && options.approach < 1))
-        raise(error_code::invalid_option, "path_options", "motion and focus in [0, 1], approach in [0, 1)",
+        raise(error_code::invalid_option, "path_options", "motion and focus_disparity in [0, 1], approach in [0, 1)",
               detail::to_text(options.motion) + ", " + detail::to_text(options.focus_disparity) + ", " +
                   detail::to_text(options.approach));
     const float focus = range.depth(options.focus_disparity);

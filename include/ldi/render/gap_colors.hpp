@@ -1,5 +1,5 @@
-// Fills gaps with color. Gaps occur where surfaces end too soon, and beyond the photo's border. In a gap, the picture continues
-// the colors of the surfaces beside the gap instead of showing a background color.
+// Fills gaps with color. Gaps occur where a surface does not extend far enough, and beyond the photo's border. In a gap, the
+// picture continues the colors of the surfaces beside the gap instead of showing a background color.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -1,6 +1,6 @@
 // A single measure for any camera motion away from the photo's viewpoint: sideways, forward, along a path, or with a viewer's
-// head. The measure is the width of the hidden surface that the motion uncovers; surfaces behind silhouettes extend by this width
-// (occlusion/expand.hpp).
+// head. The measure is the width of the hidden surface that the motion uncovers. Surfaces behind silhouettes extend by this
+// width (occlusion/expand.hpp).
 //
 // A surface at depth n hides another at depth f. The edge of the front surface appears at p in the photo, in pixels from the
 // middle. A camera at c, which has moved forward by c_forward, sees past that edge by
@@ -35,9 +35,9 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 }  // namespace detail
 
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
-/// surface, as a fraction of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
+/// surface, as a fraction of the photo's longer side. Returns infinity if the camera reaches or passes the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    // If the camera moves back, n / (n - c_forward) is at most 1, so 1 is used instead.
+    // If the camera moves back, n / (n - c_forward) is at most 1. The code then uses 1 as an upper bound.
     const float forward = (std::max)(-position[2], 0.0F);
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);

@@ -1,6 +1,6 @@
 // A software rasterizer: draws a 3D photo from another viewpoint (paper, section "Viewing 3D Photos"), and reports its holes.
-// It is exact rather than fast: the result is the same on every machine and for any number of threads, so that tests can count
-// pixels.
+// The rasterizer is exact rather than fast. Its result is the same on every machine and for any number of threads, so that
+// tests can count pixels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -33,7 +33,7 @@ struct raster_options {
     image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: replaces `background` in holes (gap_colors())
 };
 
-/// A drawn mesh. rasterize() makes it.
+/// A drawn mesh; the result of rasterize().
 struct rendering {
     image<std::uint8_t> color;     ///< H x W x 3: mean over the pixel's samples
     image<float> depth;            ///< H x W x 1: depth of the nearest sample along the view's axis; infinity in holes
@@ -78,7 +78,7 @@ inline void check_raster_options(const view& from, const raster_options& options
         raise(error_code::invalid_option, "z_near", "a finite depth of at least " + to_text(smallest), to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
     if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0) || !std::isfinite(camera.focal_length))
-        raise(error_code::invalid_option, "view", "a size and a finite focal length above 0",
+        raise(error_code::invalid_option, "view", "a width, a height and a finite focal length above 0",
               std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + to_text(camera.focal_length));
     const std::int32_t limit = 524288 / options.samples;
     if (camera.width > limit || camera.height > limit)

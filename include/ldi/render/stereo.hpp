@@ -16,9 +16,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative: to
-/// the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window` keep their
-/// position in the picture.
+/// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative:
+/// to the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window`, in
+/// the same units, keep their position in the picture.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
@@ -26,8 +26,9 @@ inline view beside(view from, float distance, float window = std::numeric_limits
     return from;
 }
 
-/// Returns the eye distance at which the parallax between the nearest and the farthest surface is a given fraction, `share`, of
-/// the picture's width. The default, a thirtieth, is comfortable to view.
+/// Returns the eye distance, in units of the photo's space, at which the parallax between the nearest and the farthest surface
+/// is a fraction `share` of the picture's width. Returns 0 if all surfaces have the same depth. The default `share`, a
+/// thirtieth, is comfortable to view.
 inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
     const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
     return parallax > 0 ? share * detail::nearest_float(camera.width) / parallax : 0.0F;

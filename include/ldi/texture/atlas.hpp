@@ -30,13 +30,14 @@ struct atlas_options {
     std::int32_t max_side = 8192;
 };
 
-/// The texture of a mesh, and the position of each chart in it. make_atlas() makes it.
+/// The texture of a mesh, and the position of each chart in this texture; the result of make_atlas().
 struct texture_atlas {
     image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray outside charts
     image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
     float fill = 0;                      ///< fraction of texels that belong to a pixel of the layered image
-    /// Thickness of the filter padding around charts, in texels. Hems and soft edges of the mesh get their colors from it.
+    /// Thickness of the filter padding around charts, in texels. Hems and soft edges of the mesh have the colors of this
+    /// padding.
     std::int32_t filter_padding = padding_options{}.filter_padding;
 };
 
@@ -62,12 +63,12 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
-/// only affects `kind`. Raises too_large if the charts do not fit, or for a chart larger than max_chart_box; invalid_option for
-/// an option outside its range; and mismatch if an invariant of a view's graph does not hold, for charts that do not belong to
-/// `layers`, or that have two pixels at one position. Time is linear in pixels and texels, except for packing, whose time is
-/// proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32 bytes per pixel and per
-/// texel, and 4 per position of the lattice.
+/// Packs, draws and pads all charts. Every pixel of `layers` must have a color. known_column marks the photo's own colors, and
+/// affects only `kind`. Raises too_large if the charts do not fit in the atlas, or if a chart is larger than max_chart_box;
+/// invalid_option for an option outside its range; and mismatch if `layers` is a view whose graph violates an invariant, if the
+/// charts do not belong to `layers`, or if a chart has two pixels at one position. Time is linear in pixels and texels, except
+/// for packing, whose time is proportional to the number of charts times the number of distinct chart sizes. Memory is up to 32
+/// bytes per pixel and per texel, and 4 per position of the lattice.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {

@@ -1,7 +1,7 @@
-// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a few
-// texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock padding
-// is also diffused. It fills the rest of every 16 x 16 block that the padded chart touches, because JPEG mixes the colors within
-// a block.
+// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a
+// few texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock
+// padding is also diffused. This padding fills the rest of every 16 x 16 block that the padded chart touches, because JPEG
+// mixes the colors within a block.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -48,15 +48,15 @@ struct padding_options {
     int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp), 0 or more
 };
 
-/// Draws and pads charts one by one, and reuses its memory. One object serves one thread;
-/// several objects may draw charts at the same time if their rectangles share no texel.
+/// Draws and pads charts one by one. Keep an object to reuse its memory. Use one object per thread. Several objects may draw
+/// charts at the same time if their rectangles share no texel.
 class chart_padder {
 public:
-    /// g        graph of the layers, a graph or graph_view; everything passed must outlive this object
+    /// g        graph of the layers, a graph or graph_view. All arguments must outlive this object
     /// colors   K x 3
-    /// kind_of  K: photo, refilled or occluded for each pixel
-    /// color    the atlas, H x W x 3
-    /// kind     the atlas, H x W x 1, all `empty` before the first chart
+    /// kind_of  K values: photo, refilled or occluded for each pixel
+    /// color    colors of the atlas, H x W x 3
+    /// kind     kinds of the atlas's texels, H x W x 1; all `empty` before the first chart
     ///
     /// Raises mismatch if sizes do not fit together or an invariant of the graph does not hold.
     template <class Graph>
@@ -71,16 +71,19 @@ public:
           height_(static_cast<std::ptrdiff_t>(kind.height())) {
         if (colors.size() != 3 * g.size() || kind_of.size() != g.size() || color.channels() != 3 || kind.channels() != 1 ||
             color.height() != kind.height() || color.width() != kind.width())
-            raise(error_code::mismatch, "chart_padder", "a color and a kind for each pixel, and an atlas of both", "other sizes");
+            raise(error_code::mismatch, "chart_padder",
+                  "a color and a kind for each pixel, and an atlas of H x W x 3 colors and H x W x 1 kinds",
+                  "arrays of other sizes");
         check_topology(g, "chart_padder");
     }
 
     /// Draws and pads a chart.
     ///
-    /// room  the chart's blocks: all four numbers are multiples of 16, and the chart is at least `filter_padding` texels away
-    ///       from every side. Colors of texels that remain empty do not change
+    /// room  the rectangle of blocks that is reserved for the chart. All four numbers are multiples of 16, and the chart is at
+    ///       least `filter_padding` texels away from every side. Texels that remain empty keep their color
     ///
-    /// Raises mismatch for any other room, or if two pixels of the chart have the same position, or a pixel is not in its box.
+    /// Raises mismatch if `room` does not meet these conditions, if two pixels of the chart have the same position, or if a
+    /// pixel lies outside the chart's box.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         check_room(c, placement, room, options.filter_padding);
         draw_own(c, placement);
@@ -102,7 +105,7 @@ private:
         };
         if (padding < 1 || !holds(room.x, room.width, placement.x, c.width, stride_) ||
             !holds(room.y, room.height, placement.y, c.height, height_))
-            raise(error_code::mismatch, "chart_padder", "blocks in the atlas with room for a chart and its padding",
+            raise(error_code::mismatch, "chart_padder", "blocks in the atlas that contain the chart and its padding",
                   std::to_string(room.width) + " x " + std::to_string(room.height) + " for a chart of " +
                       std::to_string(c.width) + " x " + std::to_string(c.height));
     }

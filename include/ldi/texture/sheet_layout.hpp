@@ -35,7 +35,8 @@ struct sheet_scale {
     double in_layers(double place) const {
         return place * detail::nearest_double(layers) / detail::nearest_double(photo) + margin;
     }
-    /// Returns the pixel of the layered image that contains the center of a photo pixel. It may lie outside the layered image.
+    /// Returns the pixel of the layered image that contains the center of a photo pixel. The result may lie outside the layered
+    /// image.
     std::int32_t pixel_of(std::int64_t photo_pixel) const {
         return static_cast<std::int32_t>(floored((2 * photo_pixel + 1) * layers, 2 * photo)) + margin;
     }
@@ -55,7 +56,7 @@ struct sheet_placement {
     std::int32_t photo_x = 0, photo_y = 0;  ///< photo pixel at the room's top left texel; may lie outside the photo
 };
 
-/// The sheets of a mesh, and the place of each chart on them. lay_out_sheets() makes it.
+/// The sheets of a mesh, and the position of each chart on them; the result of lay_out_sheets().
 struct sheet_layout {
     sheet_scale across, down;
     std::int32_t padding = 0;

@@ -1,7 +1,7 @@
-// Full-size textures. Depth has less detail than the photo, so layered images stay small: at the photo's size they would cost
-// time and memory without a gain. Only textures gain from the full size. draw_sheet() redraws the charts with visible pixels on
-// separate sheets, with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft
-// edges. Sheets are drawn one at a time, so that only one must be in memory.
+// Full-size textures. Depth has less detail than the photo, so layered images are smaller than the photo: at the photo's size,
+// they would take more time and memory without looking better. Only textures benefit from the full size. draw_sheet() redraws
+// the charts with visible pixels on separate sheets, with one texel per pixel of the photo. The atlas remains the texture of
+// completely hidden charts and of soft edges. Callers draw one sheet at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
@@ -61,7 +61,7 @@ inline void check_room(const atlas_rectangle& room, rectangle_size sheet) {
     if (room.x < 0 || room.y < 0 || room.width < 0 || room.height < 0 || std::int64_t{room.x} + room.width > sheet.width ||
         std::int64_t{room.y} + room.height > sheet.height)
         raise(error_code::mismatch, "sheets",
-              "a place on a sheet of " + std::to_string(sheet.width) + " x " + std::to_string(sheet.height),
+              "a rectangle on a sheet of " + std::to_string(sheet.width) + " x " + std::to_string(sheet.height),
               std::to_string(room.width) + " x " + std::to_string(room.height) + " at (" + std::to_string(room.x) + ", " +
                   std::to_string(room.y) + ")");
 }
@@ -76,8 +76,8 @@ inline void check_place(const sheet_layout& layout, std::size_t c, const chart& 
 
 }  // namespace detail
 
-/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is no such
-/// size, and invalid_option unless the scale is above 0.
+/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if this size would be
+/// below 16, and invalid_option unless the scale is above 0.
 ///
 /// scale  pixels of the photo per pixel of the layered image, on the axis where this ratio is larger
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
@@ -91,14 +91,14 @@ inline std::int32_t max_chart_side(double scale, const sheet_options& options = 
     return static_cast<std::int32_t>((std::min)(side, 1e6));
 }
 
-/// Allocates room on a sheet, at the photo's resolution, for every chart with a pixel that the photo shows.
+/// Allocates a rectangle on a sheet, at the photo's resolution, for every chart with a pixel that the photo shows.
 ///
 /// layers                     known_column marks the pixels that the photo shows
 /// charts, atlas              made from these layers
 /// photo_height, photo_width  size of the photo for draw_sheet()
 ///
-/// Raises invalid_option for invalid sheet_options, mismatch if inputs don't fit together, too_large for a chart that fits on no
-/// sheet, or for a side of the photo above 2^30.
+/// Raises invalid_option for invalid sheet_options, mismatch if inputs don't fit together, and too_large for a chart that fits
+/// on no sheet, or for a side of the photo above 2^30.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
                             std::size_t photo_width, const sheet_options& options = {}) {
@@ -108,8 +108,9 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     const auto& g = layers.topology();
     check_charts(charts, g, "lay_out_sheets");
     if (options.margin < 0 || 2 * std::int64_t{options.margin} >= (std::min)(g.width(), g.height()))
-        raise(error_code::mismatch, "lay_out_sheets", "a lattice with a photo inside its margin",
-              std::to_string(g.width()) + " x " + std::to_string(g.height()) + ", " + std::to_string(options.margin));
+        raise(error_code::mismatch, "lay_out_sheets", "a lattice larger than twice the margin, which is at least 0",
+              std::to_string(g.width()) + " x " + std::to_string(g.height()) + " with a margin of " +
+                  std::to_string(options.margin));
     if (atlas.placements.size() != charts.charts.size())
         raise(error_code::mismatch, "lay_out_sheets", "an atlas of " + std::to_string(charts.charts.size()) + " charts",
               std::to_string(atlas.placements.size()) + " charts");

@@ -1,6 +1,6 @@
-// A separate program, compiled with -fno-exceptions -fno-rtti: if the caller's memory is exhausted, the error handler is
-// called. The handler leaves by longjmp(), so that one run can refuse every allocation in turn. Exit code 0 means that it was
-// called for each of them.
+// A separate program, compiled with -fno-exceptions -fno-rtti. An allocation that fails in the caller's memory calls the error
+// handler. The handler leaves by longjmp(), so that one run can refuse every allocation in turn. Exit code 0 means that each
+// refused allocation called the handler.
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/memory.hpp>
@@ -42,7 +42,7 @@ struct arena {
     static void release(void*, void*, std::size_t) {}
 };
 
-/// Whether everything succeeds with this number of allocations.
+/// Whether the test's work succeeds if at most `calls` allocations are granted.
 bool is_enough(std::size_t calls) {
     static arena own;
     static const ldi::memory source{&own, &arena::allocate, &arena::release};
@@ -66,7 +66,8 @@ int main() {
     std::size_t refused = 0;
     while (refused < 1000 && !is_enough(refused)) ++refused;
     if (refused < 8 || refused == 1000 || !is_message_right) {
-        std::fprintf(stderr, "%zu allocations; the message is %s\n", refused, is_message_right ? "right" : "wrong");
+        std::fprintf(stderr, "%zu refused allocations called the handler; the message was %s\n", refused,
+                     is_message_right ? "right" : "wrong");
         return 1;
     }
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes the reference files of tests/io/weight_files.cpp to its own folder: a student network of examples/training/tiefenrausch_small with
-few channels and random weights, quantized and exported like a trained student, and its output for a random picture, computed with exact
-integers. Needs Debian's python3-torch.
+"""Writes the reference files of tests/io/weight_files.cpp to the folder of this script. The first file contains a student network of
+examples/training/tiefenrausch_small with few channels and random weights, quantized and exported like a trained student. The second file
+contains a random picture and the network's output for it, computed with exact integers. Needs Debian's python3-torch.
 
     tiefenrausch.py
 """

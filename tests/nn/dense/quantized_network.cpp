@@ -385,7 +385,7 @@ TEST_CASE("invalid network descriptions are refused, and the error names the ten
     });
 }
 
-TEST_CASE("a network that was moved from raises an error") {
+TEST_CASE("calls of a moved-from network raise an error") {
     ldi::quantized_network network(one_convolution());
     const ldi::quantized_network moved = std::move(network);
     CHECK(moved.input_channels() > 0);

@@ -131,7 +131,7 @@ std::size_t some_channels(std::mt19937& random, std::int32_t most) {
     return 1 + static_cast<std::size_t>(testing::below(random, most));
 }
 
-/// Checks the whole result against the definition, and that a restricted plan has the same bits, on every instruction set.
+/// Checks, on every instruction set, that the result matches the definition and that a restricted plan computes the same bits.
 void check_everywhere(const graph_view& g, const convolution_plan& plan, const indices& centers, const layer& l,
                       const std::vector<input_tensor>& tensors, bool is_partial, std::mt19937& random) {
     const indices subset = random_subset(random, plan.output_count());
@@ -146,7 +146,7 @@ void check_everywhere(const graph_view& g, const convolution_plan& plan, const i
             for (std::size_t c = 0; c < l.outputs; ++c) {
                 const float got = whole.values[o * l.outputs + c], in_part = part.values[o * l.outputs + c];
                 same = same && in_part == (is_chosen[o] ? got : untouched);
-                if (c % 5 != o % 5) continue;  // a fifth of the values is enough
+                if (c % 5 != o % 5) continue;  // comparing a fifth of the values suffices
                 bool is_masked = false;
                 const value_and_scale expected = by_definition(g, centers[o], l, tensors, c, is_partial, is_masked);
                 near = near && std::abs(double{got} - expected.value) <= 1e-5 * expected.scale;
@@ -242,7 +242,7 @@ TEST_CASE("on a grid, a convolution equals an image convolution with zeros beyon
 TEST_CASE("the bits of a result depend neither on the number of threads nor on links outside its window") {
     std::mt19937 random(43);
     const graph g = make_grid(320, 48);
-    testing::sketched_graph cut(g);  // the silhouettes make all pixels beside them irregular, and change few windows
+    testing::sketched_graph cut(g);  // silhouettes make all adjacent pixels irregular but change few windows
     for (std::int32_t i = 0; i < 320 * 48; i += 5) cut.unlink(i, side::left), cut.unlink(i + 2, side::up);
     const layer l = random_layer(random, 5, 4, 37);
     const input_tensor t{random_floats(random, g.size() * 4), 4, {}, {}};
@@ -302,7 +302,7 @@ TEST_CASE("a convolution of bytes matches the convolution of the numbers that th
         const auto parents = with_orphans.map.parent();
         const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
         layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
-        // All weights are integers and the largest of every output is 63, so that quantization rounds none of them.
+        // All weights are integers, and the largest weight of every output is 63, so that quantization rounds no weight.
         for (float& w : l.weights) w = std::round(w * 63.0F);
         for (std::size_t o = 0; o < l.outputs; ++o) l.weights[o * l.weights.size() / l.outputs] = 63.0F;
         const quantized_source quantized[] = {{above, {0.5F, static_cast<std::uint8_t>(testing::below(random, 256))}},
@@ -402,7 +402,7 @@ TEST_CASE("convolutions refuse masks with too few rows, and values that do not f
     }
 }
 
-TEST_CASE("a partial convolution without unmasked inputs gives zero, regardless of the bias") {
+TEST_CASE("a partial convolution without unmasked inputs returns zero, regardless of the bias") {
     const graph g = make_grid(9, 9);
     const layer l{3, 1, 2, floats(18, 1.0F), {5.0F, -5.0F}, 1.0F};
     input_tensor t{floats(81, 3.0F), 1, {}, buffer<std::uint8_t>(81, 0)};

@@ -200,7 +200,7 @@ TEST_CASE("if any allocation in a U-Net fails, all its memory is released") {
     CHECK(tried > 30);
 }
 
-TEST_CASE("a layer refuses unsupported kernel sizes, wrong numbers of weights, and plans and maps that do not fit it") {
+TEST_CASE("a layer refuses unsupported kernel sizes, wrong numbers of weights, and plans and maps of other sizes") {
     const std::vector<float> weights(2 * 3 * 9), bias(2), nothing;
     const auto error_of = [](auto&& run) { return ldi::testing::raised(run); };
     using weights_view = std::span<const float>;
@@ -221,7 +221,7 @@ TEST_CASE("a layer refuses unsupported kernel sizes, wrong numbers of weights, a
     CHECK(error_of([&] { layer(ldi::convolution_plan(), three); }) == ldi::error_code::mismatch);
 }
 
-TEST_CASE("a moved-from layer refuses to run, and runs again after it was assigned") {
+TEST_CASE("a moved-from layer refuses to run until another layer is assigned to it") {
     std::mt19937 random(61);
     for (const std::int32_t size : {1, 3}) {
         convolution_layer first = random_layer(random, 3, 5, {.kernel_size = size});

@@ -129,9 +129,9 @@ TEST_CASE("on a grid, all pixels except those near the border are regular, in on
     }
 }
 
-TEST_CASE("a pixel stays regular even without the links that the exploration of its window does not need") {
-    // The spine of a pixel is its column of the window, and its ribs are the rows. In this grid of 7 x 7 pixels, the center's
-    // spine is column 3.
+TEST_CASE("a pixel stays regular without links that the exploration of its window does not use") {
+    // The spine of a pixel is the window column that contains the pixel, and its ribs are the rows. In this grid of 7 x 7 pixels,
+    // the center's spine is column 3.
     testing::sketched_graph g(make_grid(7, 7));
     const auto is_regular = [&] { return detail::regular_pixels(g, 7).contains(24); };
     CHECK(is_regular());

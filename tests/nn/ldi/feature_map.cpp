@@ -34,7 +34,7 @@ TEST_CASE("a view of a feature map refers to the map's memory") {
     CHECK(view.row_of(no_pixel) == no_pixel);
 }
 
-TEST_CASE("an upsampled map has one pixel per pixel of the finer graph, and each pixel reads its parent's row") {
+TEST_CASE("an upsampled map has one pixel per pixel of the finer graph, and each pixel reads the row of its parent") {
     testing::for_random_graphs(3, 50, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half = coarsen(layers.topology());
         const feature_map coarse = testing::random_features(random, half.map.kept().size(), 2);

@@ -1,4 +1,4 @@
-// The windows of a plan, written out for comparison.
+// Lists the windows of a plan, for comparison with a reference.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

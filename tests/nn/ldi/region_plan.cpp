@@ -15,7 +15,7 @@ using ldi::testing::region_of;
 
 namespace {
 
-/// The windows of all outputs. Requires that each is computed once, and that segments ascend.
+/// The windows of all outputs. Requires that each output is computed once and that segments are in ascending order.
 std::vector<buffer<std::int32_t>> windows_in(const convolution_plan& plan) {
     std::vector<buffer<std::int32_t>> windows(plan.output_count());
     const auto add = [&](std::int32_t output, buffer<std::int32_t> window) {

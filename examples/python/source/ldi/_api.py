@@ -88,7 +88,7 @@ def _path(path):
     """Encodes a path for the system."""
     path = os.fsencode(path)
     if b"\0" in path:
-        raise InputError("invalid option", "path", "no NUL character", repr(path))
+        raise InputError("invalid option", "path", "a path without NUL characters", repr(path))
     return path
 
 
@@ -151,7 +151,7 @@ def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False
 
 
 def clean_depth(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False, long_side=1536, threads=0):
-    """Stage 1: estimates depth, brings it to the photo's resolution, and sharpens its edges. Returns a Depth.
+    """Stage 1: estimates depth, resamples it to the photo's resolution, and sharpens its edges. Returns a Depth.
 
     The arguments are those of photo3d().
     """

@@ -2,7 +2,7 @@
 
 
 class Error(Exception):
-    """Base class of ldi's errors: bad input is an InputError, a file that cannot be read or written a FileError.
+    """Base class of ldi's errors: InputError for invalid input, FileError for a file that cannot be read or written.
 
     code      the kind of error, such as "mismatch" or "file access"
     where     the argument, file or stage

@@ -105,7 +105,7 @@ private:
         float lowest = 0, highest = 0;
     };
 
-    /// Returns the binary logarithm of a cell's side length. A cell is so large that the window of a pixel overlaps at most two
+    /// Returns the binary logarithm of a cell's side length. Cells are so large that the window of a pixel overlaps at most two
     /// cells along each axis.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
@@ -196,7 +196,7 @@ private:
         return right_ - x < cap_x_ && x - left_ < cap_x_ && bottom_ - y < cap_y_ && y - top_ < cap_y_;
     }
 
-    /// Queues a contested pixel, once per chart: a chart that cannot accept it now cannot accept it later.
+    /// Queues a contested pixel, at most once per chart: a chart that rejects a pixel once would also reject it later.
     void wait(std::int32_t pixel) {
         const std::int32_t mark = -2 - current_;
         if (chart_of(pixel) == mark) return;
@@ -211,7 +211,7 @@ private:
         return farness < 0.0F ? 0 : farness < nearest_float(levels - 1) ? static_cast<std::int32_t>(farness) : levels - 1;
     }
 
-    /// Removes the nearest contested pixel from the queue; returns no_pixel if none is left.
+    /// Removes the nearest contested pixel from the queue and returns it, or no_pixel if the queue is empty.
     std::int32_t nearest_contested() {
         for (; nearest_ < levels; ++nearest_) {
             buffer<std::int32_t>& here = waiting_[static_cast<std::size_t>(nearest_)];

@@ -1,4 +1,4 @@
-// Checks of the shapes of depth maps, which the stages of depth/ share.
+// Checks of depth maps that several stages in depth/ use.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -33,12 +33,12 @@ inline void check_finite(image_view<const float> map, const char* where) {
     }
 }
 
-/// Raises invalid_option unless the side length of a depth sample, in photo pixels, is 1 to 16.
+/// Raises invalid_option unless the side length of a depth sample, in photo pixels, is from 1 to 16.
 inline void check_sample_size(float size) {
     if (!(size >= 1 && size <= 16)) raise(error_code::invalid_option, "undecided_depth::sample_size", "1 to 16", to_text(size));
 }
 
-/// Raises too_large for a map with 2^31 pixels or more, whose pixels have no index in 32 bits.
+/// Raises too_large for a map with 2^31 pixels or more, because pixel indices are of type std::int32_t.
 inline void check_pixel_count(image_view<const float> map, const char* where) {
     constexpr std::size_t limit = (std::numeric_limits<std::int32_t>::max)();
     if ((std::max)(map.height(), map.width()) > limit || (map.height() > 0 && map.width() > limit / map.height()))

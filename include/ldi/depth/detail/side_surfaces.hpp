@@ -36,8 +36,9 @@ public:
 private:
     /// Maximum distance, in pixel steps, over which disparity is copied from outside into the band.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// Limit for pixels that no disparity from outside the band reaches, as a share of the step. Such a pixel keeps its own
-    /// disparity if that deviates from the disparity of the pixel's side, toward the other side, by at most this limit.
+    /// Tolerance for pixels that no disparity from outside the band reaches, as a share of the step. Such a pixel keeps its own
+    /// disparity unless this disparity lies farther than the tolerance from the disparity of the pixel's side, toward the other
+    /// side.
     static constexpr float tolerance = 0.2F;
     /// Maximum squared distance of an island from the nearest curve, in squared pixels. An island farther away is not part of a
     /// silhouette, and changes sides regardless of its size.
@@ -109,9 +110,10 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Copies disparities into the band, first from pixels outside the band. A pixel that no such disparity reaches keeps its own
-    /// disparity if that is close to the disparity of the pixel's side. In a second pass, such pixels pass their disparities on.
-    /// All remaining pixels get the front or back disparity of the nearest curve pixel.
+    /// Copies disparities into the band, first from pixels outside the band. A pixel that no such disparity reaches keeps its
+    /// own disparity if `tolerance` allows it. A second pass copies all disparities set so far to the remaining pixels on the
+    /// same side, over any distance. Pixels that even this pass does not reach get the front or back disparity of the nearest
+    /// curve pixel.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -157,8 +159,8 @@ private:
         buffer<std::uint8_t> is_first_;  // 1 for the first pixel of a run
     };
 
-    /// Passes values on to open pixels (those without a final value) on the same side. Proceeds breadth-first for up to `reach`
-    /// steps, so that each open pixel gets the value of the nearest pixel that is not open.
+    /// Copies final values to adjacent open pixels (pixels without a final value) on the same side. Proceeds breadth-first for
+    /// up to `reach` steps, so that each open pixel gets the value of the nearest pixel that is not open.
     void carry(const neighbors& beside, std::size_t reach) {
         buffer<std::int32_t> ring, next;
         const auto visit_open = [&](std::int32_t from) {

@@ -162,8 +162,8 @@ private:
         return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
     }
 
-    // Measures how far the front and back surfaces extend across the band, and sums their colors outside the uncertain middle. On
-    // thin objects, the middle is narrower, and fewer pixels count.
+    // Measures how far the front and back surfaces extend across the band, and sums their colors outside the uncertain middle.
+    // On thin objects, the middle is narrower, and fewer pixels supply colors.
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;
@@ -173,7 +173,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // Each surface is taken to extend over at least two pixels, because smoothing may have moved the curve by that much.
+        // Assumes that each surface extends over at least two pixels, because smoothing may have moved the curve by that much.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);

@@ -1,5 +1,5 @@
-// Writes the binary part of a GLB file: vertices, indices and textures in the order that formats/detail/glb_contents.hpp lays
-// out.
+// Writes the binary part of a GLB file: vertices, indices and textures in the order that formats/detail/glb_contents.hpp
+// defines.
 #pragma once
 
 #include <ldi/base/numbers.hpp>

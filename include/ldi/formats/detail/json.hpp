@@ -1,5 +1,5 @@
-// Reads JSON (RFC 8259) from headers of weight files. A json_value is a view of a checked part of the text, so that only
-// requested parts are copied. The text is untrusted.
+// Reads JSON (RFC 8259) from headers of weight files. A json_value is a view of a checked part of the text, so reading copies
+// only the requested parts. The text is untrusted.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,8 +14,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Checks that a text consists of one JSON object, and returns the object. Raises invalid_data; messages about syntax errors
+/// Checks that a text consists of one JSON object, and returns the object. Raises invalid_data. Messages about syntax errors
 /// state the byte offset.
+///
+/// max_depth  maximum nesting of objects and arrays
+/// where      name of the text in messages
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }

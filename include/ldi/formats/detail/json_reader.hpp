@@ -1,5 +1,5 @@
-// Checks JSON (RFC 8259) and locates its values, for detail/json.hpp. Strict: rejects duplicate names, nesting deeper than the
-// caller allows, and strings that are not UTF-8.
+// Checks JSON (RFC 8259) and locates its values, for detail/json.hpp. Rejects duplicate names, nesting deeper than the caller
+// allows, and strings that are not UTF-8.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -28,8 +28,8 @@ struct json_value {
     std::string_view text = "nothing";
 };
 
-/// Callback for the members of an object or the elements of an array. A function pointer instead of a template parameter, so that
-/// the reader is compiled only once.
+/// Callback for the members of an object or the elements of an array. This is a function pointer, not a template parameter, so
+/// that the reader is compiled only once.
 using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
 
 /// Returns 0 to 15, or 16 if c is not a hexadecimal digit.
@@ -75,13 +75,14 @@ inline void append_unescaped(std::string_view written, buffer<char>& to) {
     }
 }
 
-/// Walks over a text and checks everything it passes. Raises invalid_data; `where` names the text in messages.
+/// Walks over a JSON text and checks it along the way. Raises invalid_data for invalid JSON.
 class json_reader {
 public:
     /// max_depth  maximum nesting of objects and arrays
+    /// where      name of the text in messages
     json_reader(std::string_view text, int max_depth, std::string where)
         : text_(text), max_depth_(max_depth), where_(std::move(where)) {}
-    /// Walks over a text that a reader has already checked. Does not check it again.
+    /// Walks over a text that another reader has already checked, without checking it again.
     explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
     /// Reads a text that consists of one object.

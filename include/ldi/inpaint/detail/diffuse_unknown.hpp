@@ -21,10 +21,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
 /// value           value(pixel, s) returns the channels of a known pixel, which is the neighbor on side `s` of an unknown pixel
 /// before_solving  called after all calls of value()
-/// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
+/// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel, in ascending order
 ///
-/// Raises mismatch if an unknown pixel precedes its left or its upper neighbor, which is impossible in canonical order. A surface
-/// without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
+/// Raises mismatch if an unknown pixel precedes its left or its upper neighbor, which is impossible in canonical order. If no
+/// link path connects a surface to a known pixel, it gets the mean of the known values that border unknown pixels of other
+/// surfaces.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>
 void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
                      BeforeSolving&& before_solving, Store&& store) {

@@ -50,17 +50,19 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             min_cost = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // Grain alone causes errors of a tenth of the contrast. If the error is half the contrast, no mixture explains the color.
+    // Grain alone causes errors of a tenth of the contrast, so errors up to a tenth keep the full confidence. If the error is
+    // half the contrast, no mixture explains the color, and the confidence is 0.
     const float error = std::sqrt(min_cost / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
 
-/// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
-/// distinguishable, confidence is 0. alpha is then the known share, or else 1 in front and 0 behind.
+/// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest silhouette side are not
+/// distinguishable, its confidence is 0. Its alpha is then the known share. If the share is unknown, alpha is 1 in front and 0
+/// behind.
 class local_matte {
 public:
-    /// shares  H x W, known shares of the foreground, as in decided_depth; may be empty
+    /// shares  H x W, known shares of the foreground, in the units of decided_depth::shares; may be empty
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
                 std::span<const std::uint8_t> shares = {})
         : graph_(g), band_(band), shares_(shares) {
@@ -70,6 +72,7 @@ public:
 
     const buffer<mixture>& mixtures() const { return mixtures_; }
 
+    /// Smooths the estimated shares by diffusion, with `rounds` Gauss-Seidel rounds on each level of the multigrid.
     void smooth(int rounds) {
         diffusion<1> solver;
         solver.start();

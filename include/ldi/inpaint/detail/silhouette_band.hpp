@@ -26,20 +26,20 @@ struct silhouette_side {
     std::int32_t front, back;  ///< pixels on the near and on the far side
     side toward_front;         ///< direction from `back` to `front`
     float_color foreground{}, background{};
-    bool can_tell = false;  ///< whether both colors are known and differ
+    bool can_tell = false;  ///< whether both colors are known and differ by at least the contrast of sample()
 };
 
 class silhouette_band {
 public:
     struct place {
         std::int32_t pixel;
-        std::int32_t side;      ///< index of the nearest silhouette side
+        std::int32_t side;      ///< index of the nearest silhouette side in sides()
         std::int16_t distance;  ///< steps along links to that side: 0 for pixels that touch it
         bool in_front;          ///< whether the pixel belongs to the nearer of the two surfaces
     };
 
     /// g      in the order of a photo; every missing link inside the photo is a silhouette
-    /// reach  upper limit of distances, exclusive; at most max_band_width
+    /// reach  exclusive upper limit of place::distance; at most max_band_width
     silhouette_band(const graph_view& g, array_view<const float> disparity, int reach) : graph_(g), reach_(reach) {
         const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
             const bool a_is_nearer = disparity[a] > disparity[b];
@@ -60,7 +60,7 @@ public:
 
     /// Samples the colors of both surfaces at every side.
     ///
-    /// colors    K x 3
+    /// colors    K x 3, the column of a photo with this graph
     /// contrast  minimum Euclidean distance between distinguishable colors, in gray levels
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {

@@ -1,5 +1,5 @@
-// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on the
-// same surfaces. They are a small part of a photo's pixels, so they are numbered separately, as cells.
+// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on
+// the same surfaces. These pixels are a small part of a photo, so they have their own numbers, as cells.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -37,7 +37,9 @@ struct texture_cells {
         return n == cell ? no_pixel : n;
     }
 
-    /// Returns the cell `steps` steps away, or the last cell before the links end.
+    /// Returns the cell `steps` steps away, or the last linked cell if fewer cells are linked on that side.
+    ///
+    /// steps  at most max_steps
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
         LDI_ASSERT(steps <= max_steps);
         switch (s) {
@@ -58,7 +60,8 @@ private:
     }
 };
 
-/// Counts the steps along links from each pixel to the nearest unknown pixel, up to `max_steps`; 255 beyond.
+/// Counts the steps along links from each pixel to the nearest unknown pixel, up to `max_steps`. Pixels that are farther away
+/// get 255.
 inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int max_steps) {
     buffer<std::uint8_t> steps(g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;

@@ -1,6 +1,6 @@
 // Color features of texture cells: high frequencies, and blurred surroundings. The blur is a 3 x 3 binomial filter over links.
-// High frequencies are the difference between a color and the color blurred once. Surroundings are blurred four times. Sums
-// remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
+// High frequencies are the difference between a color and the color blurred once. Surroundings are blurred four times. The sums
+// are not divided between passes: each pass adds four bits to the 8 bits of a color, so the sums have 24 bits.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,8 +14,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Surroundings of a cell: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. A 0 pads them to
-/// 16 bytes for vector instructions.
+/// Surroundings of a cell: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. One zero byte
+/// pads them to 16 bytes for vector instructions.
 using texture_surroundings = std::array<std::uint8_t, 16>;
 
 inline constexpr int tap_distance = 4;

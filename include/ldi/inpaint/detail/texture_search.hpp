@@ -1,7 +1,8 @@
 // Finds the known pixel from which each unknown pixel copies its texture. Uses the randomized search of PatchMatch (Barnes,
 // Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009).
-// The search follows the links of a layered image, so it never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
-// Kav-Venaki and Peleg, 2009), neighbors whose sources are not neighbors add to the cost, so that copied texture is coherent.
+// The search follows the links of a layered image, so it never reaches another surface. As in "Shift-Map Image Editing"
+// (Pritch, Kav-Venaki and Peleg, 2009), the cost increases if neighbors copy from sources that are not neighbors, so that
+// copied texture is coherent.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -81,7 +82,7 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int min_cost = -1;  // computed only when there is a candidate to compare, which is rare
+        int min_cost = -1;  // computed on the first comparison, because most calls have no candidate
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {

@@ -6,7 +6,7 @@
 #include <ldi/base/error.hpp>
 
 #if !LDI_HAS_EXCEPTIONS
-#error "ldi reads Caffe2 files with protozero, which throws: compile the file that includes this with exceptions"
+#error "ldi reads Caffe2 files with protozero, which throws: enable exceptions for each file that includes this header"
 #endif
 
 #include <protozero/pbf_reader.hpp>
@@ -105,7 +105,7 @@ void for_each_field(std::string_view message, std::string_view where, Visit&& vi
 /// Raises invalid_data for an empty name. A message without a name occupies two bytes in the file, but fifty times as much in
 /// memory, so a small file could exhaust memory.
 inline void check_named(std::string_view name, const char* what, std::string_view where) {
-    if (name.empty()) raise(error_code::invalid_data, std::string(where), std::string(what) + " with a name", "one without");
+    if (name.empty()) raise(error_code::invalid_data, std::string(where), std::string(what) + " with a name", "no name");
 }
 
 inline argument read_argument(std::string_view message, std::string_view where) {
@@ -161,7 +161,7 @@ inline network_message read_network(std::span<const std::uint8_t> file, std::str
     });
     if (result.operators.empty())
         raise(error_code::invalid_data, std::string(where), "a Caffe2 network with operators",
-              std::to_string(file.size()) + " bytes without any");
+              std::to_string(file.size()) + " bytes without operators");
     return result;
 }
 

@@ -1,4 +1,4 @@
-// Looks up and checks the arguments of a Caffe2 operator by name.
+// Looks up the arguments of a Caffe2 operator by name and checks them.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,7 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace caffe2 {
 
-/// An operator whose arguments are looked up by name and checked on access.
+/// An operator. Each accessor looks up an argument by name and checks the argument's type.
 class checked_operator {
 public:
     /// kind  name of the file in messages
@@ -39,7 +39,7 @@ public:
     std::string_view bytes(std::string_view name) const { return *present(name, &argument::bytes, "a byte string"); }
     const buffer<std::int64_t>& integers(std::string_view name) const { return find(name).integers; }
 
-    /// Returns an integer, which must be in [minimum, maximum].
+    /// Returns an integer. Raises unsupported if the integer is outside [minimum, maximum].
     std::size_t integer(std::string_view name, std::int64_t minimum, std::int64_t maximum) const {
         const std::int64_t value = integer(name);
         if (value < minimum || value > maximum)
@@ -54,7 +54,7 @@ public:
         return {scale, static_cast<std::uint8_t>(integer("Y_zero_point", 0, 255))};
     }
 
-    /// Returns the common value of `count` integers, which must be equal.
+    /// Returns the common value of `count` integers. Raises unsupported unless there are `count` integers and all are equal.
     std::int64_t equal_integers(std::string_view name, std::size_t count) const {
         const buffer<std::int64_t>& values = integers(name);
         if (values.size() != count) fail(name, std::to_string(count) + " integers", std::to_string(values.size()));
@@ -75,7 +75,7 @@ private:
     const argument& find(std::string_view name) const {
         for (const argument& a : op_.arguments)
             if (a.name == name) return a;
-        raise(error_code::invalid_data, where_, "the argument " + std::string(name), "none of that name");
+        raise(error_code::invalid_data, where_, "the argument " + std::string(name), "no argument of that name");
     }
     template <class Member>
     const Member& present(std::string_view name, Member argument::*member, const char* expected) const {

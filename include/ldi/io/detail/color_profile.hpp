@@ -1,5 +1,5 @@
-// Converts colors from a photo's color space (an ICC profile or the H.273 code of its primaries) to sRGB with Little CMS.
-// Phones store photos in Display P3, whose colors look pale if they are interpreted as sRGB.
+// Converts colors from a photo's color space (an ICC profile or the H.273 code of its primaries) to sRGB with Little CMS. Many
+// phones store photos in Display P3. If interpreted as sRGB, the colors of such photos look pale.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -33,8 +33,8 @@ inline constexpr std::size_t max_profile_memory = std::size_t{16} << 20;
 /// profile  color space of the samples
 inline void convert_to_srgb(image<std::uint8_t>& color, const color_profile& profile);
 
-/// Joins the parts of the profile that a JPEG file stores in its APP2 segments. Returns an empty profile if the file has none,
-/// if a part is missing, or if the profile is too large.
+/// Joins the parts of the profile that a JPEG file stores in its APP2 segments. Returns an empty profile if the file has no
+/// profile, if a part is missing, or if the profile is too large.
 inline std::vector<std::byte> jpeg_profile(std::span<const std::span<const std::byte>> segments) {
     constexpr std::string_view name("ICC_PROFILE\0", 12);
     std::array<std::span<const std::byte>, 256> parts;
@@ -115,8 +115,9 @@ struct transform_deleter {
 };
 using profile_handle = std::unique_ptr<void, profile_closer>;
 
-/// Opens the profile. Returns null if an ICC profile is damaged or has a transform of any number of elements (tags D2B0 to D2B3),
-/// which no camera writes and which may take hours, or if the primaries are neither BT.2020 nor Display P3.
+/// Opens the profile. Returns null if an ICC profile is damaged or contains multi-process elements (tags D2B0 to D2B3). No
+/// camera writes these elements, and evaluating them may take hours. Also returns null if the primaries are neither BT.2020 nor
+/// Display P3.
 inline profile_handle open_profile(cmsContext context, const color_profile& profile) {
     if (!profile.icc.empty()) {
         profile_handle opened(
@@ -138,8 +139,8 @@ inline profile_handle open_profile(cmsContext context, const color_profile& prof
     return made;
 }
 
-/// Whether a transform changes any color by more than a rounding error. Most profiles are sRGB under various names, so their
-/// colors need no conversion.
+/// Whether a transform changes any of 216 sample colors by more than a rounding error. Most profiles are sRGB under various
+/// names, so their colors need no conversion.
 inline bool changes_colors(void* transform, bool is_gray) {
     for (unsigned i = 0; i < 6 * 6 * 6; ++i) {
         std::uint8_t from[3] = {static_cast<std::uint8_t>(i % 6 * 51), static_cast<std::uint8_t>(i / 6 % 6 * 51),

@@ -13,7 +13,7 @@ class correlation {
 public:
     void add(double a, double b) { ++count_, a_sum_ += a, b_sum_ += b, aa_ += a * a, bb_ += b * b, ab_ += a * b; }
     double count() const { return count_; }
-    /// Returns NaN if there are no values, or if one sequence is constant.
+    /// Returns the correlation, or NaN if there are no values or if one sequence is constant.
     double value() const {
         const double spread = (aa_ - a_sum_ * a_sum_ / count_) * (bb_ - b_sum_ * b_sum_ / count_);
         if (!(spread > 0)) return std::numeric_limits<double>::quiet_NaN();

@@ -15,7 +15,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Raises too_large if a header announces more than `limit` pixels.
+/// Raises too_large if a header states more than `limit` pixels.
+///
+/// height  above 0
 inline void check_pixel_count(std::size_t width, std::size_t height, std::size_t limit, const std::string& where) {
     if (width > limit / height)
         raise(error_code::too_large, where, "at most " + std::to_string(limit) + " pixels",

@@ -16,7 +16,7 @@ struct exif_facts {
     std::optional<float> focal_length_35mm;  ///< in millimeters
 };
 
-/// Returns the first value of a tag of type SHORT or LONG; empty for other types.
+/// Returns the first value of a tag of type SHORT or LONG; empty if there is no such tag.
 inline std::optional<unsigned> exif_number(const tiff_directory& directory, std::size_t tag) {
     constexpr std::size_t short_type = 3, long_type = 4;
     std::optional<unsigned> found;

@@ -1,6 +1,6 @@
 // Reads the headers of GIF and BMP files before stb_image decodes them. Checks that the files are complete, because stb_image
-// does not. Also counts the pixels that the codes of a GIF file produce, because this number determines how long stb_image
-// decodes.
+// does not. Also counts the pixels that the codes of a GIF file produce, because this number determines the time that stb_image
+// needs to decode the file.
 #pragma once
 
 #include <ldi/base/error.hpp>

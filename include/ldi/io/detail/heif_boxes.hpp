@@ -1,6 +1,6 @@
-// Reads the boxes of a HEIC or AVIF file (ISO 14496-12, ISO 23008-12) that state which items the file has, where the bytes of
-// each item are, and from which other items each item is derived. libheif 1.15 follows references between items without limits,
-// so detail/heif_items.hpp first rejects cyclic and deeply nested references.
+// Reads the boxes of a HEIC or AVIF file (ISO 14496-12, ISO 23008-12) that list the file's items, the positions of each item's
+// bytes, and the other items from which each item is derived. libheif 1.15 follows references between items without limits, so
+// detail/heif_items.hpp first rejects cyclic and deeply nested references.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -84,7 +84,7 @@ private:
 
     [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::heif, where_, found); }
 
-    /// Rejects a second box of a kind that must be unique, because readers differ in which one they use.
+    /// Rejects a second box of a kind that must be unique, because readers disagree on which of the boxes to use.
     void keep_only(std::span<const std::byte>& kept, std::span<const std::byte> found, const char* type) const {
         if (!kept.empty()) broken("a second box '" + std::string(type) + "'");
         kept = found;
@@ -97,7 +97,7 @@ private:
 
     /// Calls visit(type, body) for each box.
     ///
-    /// is_whole_file  whether `all` is the whole file; if so, ignores everything from the first damaged box on, as libheif
+    /// is_whole_file  whether `all` is the whole file; if so, ignores the first damaged box and everything after it, as libheif
     ///                does
     template <class Visit>
     void for_each_box(std::span<const std::byte> all, Visit&& visit, bool is_whole_file = false) {
@@ -165,7 +165,7 @@ private:
             if (size != 0 && size != 4 && size != 8) broken("a number of " + std::to_string(size) + " bytes");
         // Only items stored inside other items need extent indices. In version 1, libheif 1.15 would read an index as an offset.
         if (of > 0 && (sizes & 15) != 0)
-            raise(error_code::unsupported, where_, "items that lie in the file", "extents with an index");
+            raise(error_code::unsupported, where_, "items stored directly in the file", "extents with an index");
         std::size_t extents = 0, located = 0;
         for (std::uint64_t left = list.next(of < 2 ? 2 : 4); left > 0; --left) {
             count(located, 1, max_entries, "locations");
@@ -189,7 +189,7 @@ private:
     std::span<const std::byte> extent(std::uint64_t method, std::uint64_t base, std::uint64_t offset,
                                       std::uint64_t length) const {
         if (method > 1)
-            raise(error_code::unsupported, where_, "items that lie in the file", "an item stored inside another item");
+            raise(error_code::unsupported, where_, "items stored directly in the file", "an item stored inside another item");
         const std::span<const std::byte> all = method == 0 ? bytes_ : idat_;
         if (base > all.size() || offset > all.size() - base) return {};
         const std::span<const std::byte> rest = all.subspan(static_cast<std::size_t>(base + offset));

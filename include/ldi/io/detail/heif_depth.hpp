@@ -17,8 +17,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns what a depth picture's values mean; empty if the file states no range, or a nonuniform disparity. Then only the order
-/// of distances is known.
+/// Returns the meaning of a depth picture's values. Returns an empty result if the file states no range or a nonuniform
+/// disparity; only the order of distances is known then.
 inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo, const heif_image_handle* depth, heif_item_id id,
                                                  decoding_budget& budget, const std::string& where) {
     xmp_properties xmp;

@@ -40,13 +40,13 @@ using heif_pixels = std::unique_ptr<const heif_image, heif_deleter>;
     while (message.ends_with('\n')) message.remove_suffix(1);  // some of libheif's messages end with a newline
     std::string found = "'" + std::string(message) + "'";
     if (heif_get_version_number() < 0x01130800)  // 1.19.8
-        found += std::string("; libheif is ") + heif_get_version() +
-                 ", and some of today's iPhone files need 1.19.8: update libheif, or save the photo as JPEG";
+        found += std::string("; this build uses libheif ") + heif_get_version() +
+                 ", but some iPhone photos need version 1.19.8: update libheif, or save the photo as JPEG";
     raise(is_too_large                                      ? error_code::too_large
           : said.code == heif_error_Memory_allocation_error ? error_code::out_of_memory
           : is_unsupported                                  ? error_code::unsupported
                                                             : error_code::invalid_data,
-          where, "a HEIC or AVIF file that libheif reads", found);
+          where, "a HEIC or AVIF file that libheif can read", found);
 }
 
 inline void check_heif(const heif_error& said, const std::string& where) {
@@ -58,7 +58,8 @@ struct heif_file {
     heif_file(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
         : items(checked(bytes, budget, where), budget, where), context(heif_context_alloc()) {
         if (!context)
-            raise(error_code::out_of_memory, where, "memory for a file of " + std::to_string(bytes.size()) + " bytes", "less");
+            raise(error_code::out_of_memory, where, "memory for a file of " + std::to_string(bytes.size()) + " bytes",
+                  "too little memory");
         const std::size_t longest_side = (std::min)(budget.max_pixels(), std::size_t{65535});
         heif_context_set_maximum_image_size_limit(context.get(), static_cast<int>(longest_side));
         limit(budget);
@@ -100,7 +101,7 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     const std::unique_ptr<heif_decoding_options, heif_deleter> options(heif_decoding_options_alloc());
     if (options) options->convert_hdr_to_8bit = 1;
     const auto length = [](int side) { return static_cast<std::size_t>((std::max)(side, 0)); };
-    // At most 24 bytes per pixel (heif_items.hpp), and the stacks of libheif's threads.
+    // At most 24 bytes per pixel (heif_items.hpp), in addition to the stacks of libheif's threads.
     constexpr std::size_t per_pixel = 24, for_threads = 64'000'000;
     const std::size_t needed =
         per_pixel * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads;
@@ -132,8 +133,8 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
     return blocks;
 }
 
-/// Returns the ICC profile. Without one, returns the number of the color primaries (ITU-T H.273), unless the transfer curve
-/// is PQ or HLG.
+/// Returns the ICC profile. If there is no ICC profile, returns the number of the color primaries (ITU-T H.273), unless the
+/// transfer curve is PQ or HLG.
 inline color_profile heif_profile(const heif_image_handle* handle) {
     color_profile profile;
     const std::size_t size = heif_image_handle_get_raw_color_profile_size(handle);

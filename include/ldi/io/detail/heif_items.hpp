@@ -1,6 +1,6 @@
-// Computes the cost of decoding a picture in a HEIC or AVIF file. The picture may be derived from other pictures, as a
-// grid, an overlay or a rotated or cropped copy ("iden"); the cost covers all coded pictures and all pictures derived from them.
-// Rejects pictures that contain themselves.
+// Computes the cost of decoding a picture in a HEIC or AVIF file. The picture may be derived from other pictures, as a grid, an
+// overlay or a rotated or cropped copy ("iden"). The cost covers all coded pictures and all pictures derived from them. Rejects
+// pictures that contain themselves.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -60,7 +60,7 @@ private:
     /// Cost of decoding an item.
     struct cost {
         double width = 0, height = 0, memory = 0;
-        double pixels = 0;        ///< of all pictures; a pixel counts once per decoding, rotation, mirroring and crop
+        double pixels = 0;        ///< pixels of all pictures, counted once per decoding, rotation, mirroring and crop
         double pictures = 0;      ///< number of decoded pictures, with repetitions
         double coded = 0;         ///< bytes of their data, with repetitions
         double per_pixel = 0;     ///< memory in bytes
@@ -68,7 +68,7 @@ private:
         bool is_known = false;    ///< false while the cost is being computed
     };
 
-    // No camera's file reaches this limit: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
+    // No camera file reaches this limit: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
     static constexpr double max_pictures = 4096;
     static constexpr int max_depth = 8;  ///< maximum nesting of derived pictures
     // Maximum number of HEVC's NAL units or AV1's open bitstream units that are read for all items together. Items may share data
@@ -82,25 +82,26 @@ private:
         if (c.pictures > max_pictures)
             raise(error_code::too_large, where,
                   "a picture of at most " + std::to_string(static_cast<int>(max_pictures)) + " tiles", "more");
-        if (c.is_foreign) raise(error_code::unsupported, where, "a picture coded as HEVC or AV1", "another coding");
+        if (c.is_foreign) raise(error_code::unsupported, where, "a picture coded as HEVC or AV1", "another codec");
         picture_header header;
         header.format = picture_format::heif;
         header.width = static_cast<std::size_t>(c.width), header.height = static_cast<std::size_t>(c.height);
         if (header.width == 0 || header.height == 0) broken("an empty picture");
         header.more_memory = c.memory + 4e6;  // memory of the decoder itself
         budget.charge(header, where);
-        // Decoding a byte of data takes as long as about 40 samples. Data that is decoded only once is not charged.
+        // Decoding one byte of data takes as long as processing about 40 samples. The first decoding of the file's data is
+        // free.
         budget.charge_samples(3 * c.pixels + 40 * (std::max)(c.coded - file_size_, 0.0), where,
                               "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels and " +
                                   std::to_string(static_cast<std::uint64_t>(c.coded)) + " bytes, with repetitions");
         return header;
     }
 
-    /// Returns the cost of an item, and stores it for later calls. Raises an error for items that contain themselves.
+    /// Returns the cost of an item, and stores it for later calls. Raises invalid_data for items that contain themselves.
     const cost& cost_of(std::uint32_t id, int depth) {
         const auto item = boxes_.items.find(id);
-        if (item == boxes_.items.end()) broken("a picture that is made of a missing picture");
-        if (depth > max_depth) broken("pictures made of pictures " + std::to_string(depth) + " deep");
+        if (item == boxes_.items.end()) broken("a picture that is derived from a missing picture");
+        if (depth > max_depth) broken("derived pictures nested " + std::to_string(depth) + " deep");
         const auto [place, is_new] = costs_.try_emplace(id);
         cost& c = place->second;
         if (!is_new) {
@@ -166,7 +167,7 @@ private:
             }
         }
         if (units_left_ == 0)
-            raise(error_code::too_large, where_, "fewer than " + std::to_string(max_units) + " coded units", "as many or more");
+            raise(error_code::too_large, where_, "fewer than " + std::to_string(max_units) + " coded units", "at least as many");
         c.width = (std::max)(c.width, nearest_double(size.width)), c.height = (std::max)(c.height, nearest_double(size.height));
         // Bytes per pixel: for the coded picture (at most 3 samples), its tiles and the assembled picture, the RGB picture, and
         // the additional memory of an AV1 decoder.

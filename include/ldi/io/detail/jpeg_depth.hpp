@@ -4,7 +4,8 @@
 //     Dynamic Depth   version 1.0: files appended to the photo, listed in the XMP (namespaces photos/dd/1.0 and photos/1.0)
 //     Apple           a picture of the Multi-Picture Format (CIPA DC-007) whose own XMP identifies it as disparity or depth
 //
-// The XMP, never the position, distinguishes depth from other appended pictures (gain maps, second views, videos).
+// This code identifies depth by its XMP, not by its position, because files also contain other appended pictures (gain maps,
+// second views) and videos.
 #pragma once
 
 #include <ldi/base/printable.hpp>
@@ -24,10 +25,10 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct found_depth {
-    image<float> disparity;  ///< as stored, not rotated
+    image<float> disparity;  ///< in the stored orientation
     bool is_metric = false;
     std::string source;
-    bool is_inverse_depth = true;  ///< false: only the order of distances is known
+    bool is_inverse_depth = true;  ///< if false, only the order of distances is known
 };
 
 /// Depth that was found in a file, but not decoded yet.
@@ -39,6 +40,8 @@ struct located_depth {
 };
 
 /// Reads range and unit from the properties of GDepth or Dynamic Depth. Raises unsupported, invalid_data.
+///
+/// space  XMP namespace of the properties
 inline depth_meaning google_meaning(const xmp_properties& xmp, std::string_view space, const std::string& where) {
     depth_meaning meaning;
     const std::string_view format = xmp.text(space, "Format").value_or("RangeInverse");

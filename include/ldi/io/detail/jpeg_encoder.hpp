@@ -38,13 +38,15 @@ public:
         std::free(file_.bytes);
     }
 
-    /// Encodes a picture. Raises out_of_memory, or too_large if libjpeg refuses the picture for any other reason.
+    /// Encodes a picture. Raises out_of_memory, or too_large if libjpeg rejects the picture for any other reason.
+    ///
+    /// quality  1 to 100
     std::vector<std::byte> encode(image_view<const std::uint8_t> picture, int quality) {
         if (!write(picture, quality)) {
             if (errors_.base.msg_code == JERR_OUT_OF_MEMORY) out_of_memory();
             char reason[JMSG_LENGTH_MAX] = {};
             errors_.base.format_message(reinterpret_cast<j_common_ptr>(&state_), reason);
-            raise(error_code::too_large, "encode_jpeg", "a picture that libjpeg writes", reason);
+            raise(error_code::too_large, "encode_jpeg", "a picture that libjpeg can encode", reason);
         }
         return {file_.bytes, file_.bytes + (file_.capacity - file_.base.free_in_buffer)};
     }

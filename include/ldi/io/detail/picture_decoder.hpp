@@ -42,7 +42,7 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
     int width = 0, height = 0, channels = 0;
     decoded_picture<Sample> picture;
     const stb::growth_limit growth(header.max_growth);
-    stb::stbi__g_failure_reason = nullptr;  // otherwise the reason for a previous failure may remain
+    stb::stbi__g_failure_reason = nullptr;  // otherwise the reason of a previous failure may remain
     if constexpr (std::is_same_v<Sample, std::uint8_t>)
         picture.samples.reset(stb::stbi_load_from_memory(data, size, &width, &height, &channels, 0));
     else
@@ -54,9 +54,11 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
         const std::string_view reason = stated == nullptr ? "outofmem" : stated;
         if (reason == "outofmem" || reason == "unknown image type" || reason == "too large")
             raise(reason == "too large" ? error_code::too_large : error_code::out_of_memory, where,
-                  "memory for " + std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels", "less");
+                  "memory for " + std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels",
+                  "too little memory");
         if (reason == "too many codes")  // rare, but allowed by the format
-            raise(error_code::unsupported, where, "a GIF file that clears its code table when it is full", "one that does not");
+            raise(error_code::unsupported, where, "a GIF file that clears its code table when the table is full",
+                  "a GIF file that does not");
         // stb_image sets "bad png sig" for every file that is not PNG.
         damaged(header.format, where, reason == "bad png sig" ? "data that cannot be decoded" : std::string(reason));
     }

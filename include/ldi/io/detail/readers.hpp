@@ -2,8 +2,8 @@
 // LDI_WITH_LIBWEBP, LDI_WITH_LIBTIFF, LDI_WITH_LCMS2 (color profiles), LDI_WITH_PUGIXML (XMP, which describes the depth in
 // photos from phones), LDI_WITH_LIBJPEG (writes JPEG faster).
 //
-// A function whose code depends on which libraries were found is in the inline namespace LDI_READERS. The name of this namespace
-// lists the libraries, so that the linker never merges different versions of the function.
+// Functions whose code depends on these libraries are in the inline namespace LDI_READERS. The name of this namespace lists the
+// libraries, so that the linker never merges different versions of a function.
 #pragma once
 
 #include <ldi/base/config.hpp>

@@ -1,5 +1,5 @@
-// Converts stored depth to disparity. Photos contain depth as an 8- or 16-bit gray picture, and metadata that state what its
-// values mean.
+// Converts stored depth to disparity. Photos contain depth as an 8- or 16-bit gray picture, and metadata that states the
+// meaning of its values.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -28,7 +28,7 @@ enum class depth_coding {
 struct depth_meaning {
     depth_coding coding = depth_coding::disparity;
     double first = 0, last = 1;
-    double unit = 0;  ///< meters per unit of distance; 0 if unknown: distances are then known only up to a factor
+    double unit = 0;  ///< meters per unit of distance; 0 if distances are known only up to a factor
 };
 
 /// Decodes a gray picture to values from 0 to 1. Raises the errors of decode_depth_map().
@@ -50,7 +50,7 @@ inline image<float> to_disparity(image<float> values, const depth_meaning& meani
     const double first = meaning.first, last = meaning.last;
     const bool is_distance = meaning.coding != depth_coding::disparity;
     if (!std::isfinite(first) || !std::isfinite(last) || first == last || (is_distance && (first <= 0 || last <= 0)))
-        raise(error_code::invalid_data, where, "a valid range of depth", detail::to_text(first) + " to " + detail::to_text(last));
+        raise(error_code::invalid_data, where, "a valid depth range", detail::to_text(first) + " to " + detail::to_text(last));
     const double unit = meaning.unit > 0 ? meaning.unit : 1;
     double highest = 0;
     for (float& value : values) {
@@ -62,7 +62,7 @@ inline image<float> to_disparity(image<float> values, const depth_meaning& meani
         if (std::isfinite(value)) highest = (std::max)(highest, double{value});
     }
     const float lowest = (std::max)(static_cast<float>(highest / 1000), std::numeric_limits<float>::min());
-    if (!(highest > 0)) raise(error_code::invalid_data, where, "some distance above 0", "none");
+    if (!(highest > 0)) raise(error_code::invalid_data, where, "at least one positive distance", "none");
     for (float& v : values)
         if (!std::isnan(v)) v = std::isfinite(v) ? (std::max)(v, lowest) : lowest;
     return values;

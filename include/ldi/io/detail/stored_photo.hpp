@@ -18,7 +18,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Scanner profiles take about half a megabyte.
 inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
 
-/// Color space of samples. It is sRGB if `icc` is empty and `primaries` is 0.
+/// Color space of samples: sRGB if `icc` is empty and `primaries` is 0.
 struct color_profile {
     std::vector<std::byte> icc;
     unsigned primaries = 0;  ///< H.273 ColourPrimaries (9 BT.2020, 12 Display P3), with sRGB's transfer curve; 0 if unknown
@@ -38,7 +38,7 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
     picture.samples.reset(static_cast<std::uint8_t*>(std::malloc(height * width * channels)));
     if (!picture.samples)
         raise(error_code::out_of_memory, where,
-              "memory for " + std::to_string(width) + " x " + std::to_string(height) + " pixels", "less");
+              "memory for " + std::to_string(width) + " x " + std::to_string(height) + " pixels", "too little memory");
     picture.height = height, picture.width = width, picture.channels = channels;
     return picture;
 }
@@ -48,7 +48,8 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
 inline void require_memory(std::size_t bytes, const std::string& where) {
     void* volatile const probe = std::malloc(bytes);  // volatile: otherwise compilers remove the allocation
     if (probe == nullptr)
-        raise(error_code::out_of_memory, where, std::to_string(bytes / 1'000'000) + " MB of memory for decoding", "less");
+        raise(error_code::out_of_memory, where, std::to_string(bytes / 1'000'000) + " MB of memory for decoding",
+              "too little memory");
     std::free(probe);
 }
 

@@ -59,7 +59,7 @@ public:
         }
     }
 
-    /// Returns the first value of the first entry with this tag.
+    /// Returns the first value of the first entry with this tag; empty if there is no such entry.
     std::optional<std::uint64_t> find(std::size_t tag) const {
         std::optional<std::uint64_t> found;
         for_each([&](const entry& e) {

@@ -1,5 +1,5 @@
-// Reads the first picture of a TIFF file with libtiff. Accepts every kind of picture that libtiff converts to 8-bit RGB. Rejects
-// camera raw files, which are TIFF files that begin with a thumbnail.
+// Reads the first picture of a TIFF file with libtiff. Accepts every kind of picture that libtiff converts to 8-bit RGB.
+// Rejects camera raw files, that is, DNG files and TIFF files that begin with a thumbnail.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -153,7 +153,7 @@ private:
         for (std::uint32_t i = 0; i < parts && coded <= 2 * size; ++i)
             coded += (std::min)(nearest_double(TIFFGetStrileByteCount(file.get(), i)), size);
         if (coded > 2 * size) raise(error_code::too_large, where, "strips or tiles of at most twice the file's size", "more");
-        // libtiff decodes all channels, although the photo has at most four of them.
+        // libtiff decodes all channels, although the photo uses at most four of them.
         std::uint16_t channels = 1;
         TIFFGetFieldDefaulted(file.get(), TIFFTAG_SAMPLESPERPIXEL, &channels);
         if (!is_tiled) {

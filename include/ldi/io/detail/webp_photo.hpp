@@ -61,7 +61,8 @@ inline stored_photo decode_webp(std::span<const std::byte> bytes, decoding_budge
     const VP8StatusCode status = WebPDecode(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &into);
     if (status == VP8_STATUS_OUT_OF_MEMORY)
         raise(error_code::out_of_memory, where,
-              "memory for " + std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels", "less");
+              "memory for " + std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels",
+              "too little memory");
     if (status != VP8_STATUS_OK) damaged(picture_format::webp, where, "a picture that is cut off or damaged");
 
     std::span<const std::byte> exif = riff_chunk(bytes, "EXIF");

@@ -44,7 +44,8 @@ inline std::optional<double> leading_number(std::string_view text) {
 /// Properties of one or more packets. A damaged packet contributes only the properties before the damage.
 class xmp_properties {
 public:
-    /// Adds the properties of a packet. Ignores packets after the first 16, more than any real photo has. Raises too_large.
+    /// Adds the properties of a packet. Ignores packets after the first 16, because real photos have fewer. Raises too_large,
+    /// out_of_memory.
     void add(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
         if (documents_.size() == max_packets) return;
         take(packet, budget, where);
@@ -53,7 +54,8 @@ public:
         const pugi::xml_parse_result parsed =
             document.load_buffer(packet.data(), packet.size(), pugi::parse_minimal | pugi::parse_escapes | pugi::parse_cdata);
         if (parsed.status == pugi::status_out_of_memory)
-            raise(error_code::out_of_memory, "XMP", "memory for " + std::to_string(packet.size()) + " bytes", "less");
+            raise(error_code::out_of_memory, where, "memory for " + std::to_string(packet.size()) + " bytes of XMP",
+                  "too little memory");
         structure_walker walker(*this);
         document.traverse(walker);
     }
@@ -132,16 +134,16 @@ private:
         std::vector<namespace_declaration> declared;  ///< namespaces of the visited element, in the order of declaration
     };
 
-    /// Returns the first max_space characters of a URI, more than any known namespace has, without the slash at its end. A URI in
-    /// a hostile packet may be a megabyte long.
+    /// Returns the first max_space characters of a URI, without the slash at the end. Known namespaces have shorter URIs, but a
+    /// URI in a hostile packet may be a megabyte long.
     static std::string_view beginning(const char* address) {
         std::size_t size = 0;
         while (size < max_space && address[size] != 0) ++size;
         return {address, size > 0 && address[size - 1] == '/' ? size - 1 : size};
     }
 
-    // Limits far above the numbers in any real packet. They bound the search for the namespace of each property. Namespaces count
-    // if they are declared by the property's element or by an element that encloses it.
+    // Limits far above the numbers in any real packet. They bound the time to find the namespace of each property. The
+    // candidates are the namespaces that the property's element and its enclosing elements declare.
     static constexpr std::size_t max_packets = 16, max_properties = 10'000, max_namespaces = 256, max_prefix = 64,
                                  max_space = 256;
 

@@ -60,7 +60,7 @@ struct integer_sums {
 
 private:
     /// To divide by a power of two, adds one half and shifts, which rounds halves up. Negative halves must round down, away from
-    /// zero, so 1 is first subtracted from negative values.
+    /// zero, so the function first subtracts 1 from negative values.
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
         const v128_t products = wasm_i32x4_add(wasm_i32x4_mul(a, a_multiplier), wasm_i32x4_mul(b, b_multiplier));
         const v128_t sums = wasm_i32x4_add(products, bias);

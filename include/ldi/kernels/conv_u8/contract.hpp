@@ -46,7 +46,7 @@ using conv_u8_weights = prepared<conv_u8_data>;
 struct conv_u8_kernel {
     isa set;
     detail::panel_layout layout;
-    std::int32_t subtrahend;  ///< the kernel subtracts it from all inputs
+    std::int32_t subtrahend;  ///< value that the kernel subtracts from all inputs
     /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
     void (*run)(const conv_u8_data& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);

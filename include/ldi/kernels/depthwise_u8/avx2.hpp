@@ -2,8 +2,8 @@
 //
 // The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
 // One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between
-// its two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, the weights of a
-// unit (a range of channels, stretches.hpp) are split into several terms, whose products are added.
+// its two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, packing splits
+// the weights of a unit (a range of channels, stretches.hpp) into several terms, and the kernel adds the products of all terms.
 //
 // Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 #pragma once

@@ -23,8 +23,8 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {min - int{zero_point}, max - int{zero_point}};
 }
 
-/// Maximum number of inputs per output in kernels without a fused multiply-add: they first widen the inputs into a buffer of
-/// fixed size.
+/// Maximum number of inputs per output in kernels without a fused multiply-add. These kernels first widen the inputs into a
+/// buffer of fixed size.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
 /// Whether kernels without a fused multiply-add are exact for these weights. Their rounding requires sums of at least -2^23 /
@@ -42,8 +42,8 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// Returns the fastest instruction set up to `wanted` that is exact for these weights. Writes the constants of its float
-/// requantization to `fast`, except for scalar and NEON, which requantize in integers.
+/// Returns the fastest instruction set up to `wanted` that is exact for these weights. Writes the constants of the set's float
+/// requantization to `fast`. Scalar and NEON requantize in integers and do not use `fast`.
 ///
 /// x86 and NEON multiply by signed bytes. Weights in -127..128 (for example with a zero point of 127) fit after negation; the
 /// kernel then requantizes negated sums. AVX2 also accepts larger weights, because its packing splits them.

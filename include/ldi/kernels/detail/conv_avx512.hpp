@@ -6,15 +6,15 @@
 // least 4 (Zen 4) or 8 (Intel) are necessary to hide the latency, but large tiles save loads of weights that do not fit in the
 // first-level cache.
 //
-// The tiles of the other instruction sets, with vectors of 16 outputs, would return the same bits but be slower. Additional time
-// on Zen 5, median of 9 runs:
+// The tiles of the other instruction sets (generic/conv_tiles.hpp), with vectors of 16 outputs, would return the same bits but
+// be slower. On Zen 5, they would take this much more time (median of 9 runs):
 //
 //                               conv_f32   conv_u8
 //     3 x 3, 16 to 16 channels      31 %      15 %
 //     3 x 3, 24 to 3 channels       33 %      18 %
 //     1 x 1, 5 to 8 channels        41 %       6 %
 //
-// From 32 to 32 channels, the times differ by at most 5 %.
+// For 32 to 32 channels, the times differ by at most 5 %.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -55,12 +55,12 @@ template <std::size_t half, std::size_t... v>
 }
 
 /// Sums of a tile, padded to whole vectors per pixel. The function that computes the sums stores them here (in the first-level
-/// cache), so that it need not be compiled for each type of result.
+/// cache). It is then independent of the type of the results, and compiled only once.
 struct conv_tile_sums {
     alignas(64) float lanes[24 * conv_whole];
 };
 
-/// Stores the lanes of one pixel; zeros follow the half vector.
+/// Stores the lanes of one pixel. Pads half a vector with zeros.
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline void store_conv_lanes(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
                                                     float* to) {
@@ -85,8 +85,9 @@ template <class T>
     return value;
 }
 
-/// Addresses of a tile's pixels. Every fourth pixel has a pointer; the pixels between are 1, 2 or 3 strides away, so that the
-/// pointers fit in the general registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
+/// Addresses of a tile's pixels. Only every fourth pixel has a pointer. The next three pixels are 1, 2 and 3 strides away from
+/// this pixel. The pointers of a tile therefore fit in the general-purpose registers. Without this class, the compiler would
+/// keep an offset for each pixel, most of them in memory.
 template <class Value, std::size_t pixels>
 struct conv_tile_pointers {
     const Value* every_fourth[(pixels + 3) / 4];

@@ -9,7 +9,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Pixels, and the weights of one panel.
+/// The input pixels, and the weights of one panel.
 template <class Value, class Weight>
 struct conv_panel_input {
     const Value* const* rows;  ///< addresses of the first pixel's pieces
@@ -21,8 +21,8 @@ struct conv_panel_input {
     conv_panel_input(const Weights& layer, const Value* const* of_first_pixel, std::size_t stride)
         : rows(of_first_pixel), row_count(layer.rows), inputs(layer.inputs), pixel_stride(stride), weights(layer.values.data()) {}
 
-    /// Number of values to prefetch per group of inputs. Kernels prefetch the next tile's inputs at an even pace, because the
-    /// hardware prefetcher loads them too late.
+    /// Number of values by which a kernel advances its prefetch address per group of inputs. Kernels prefetch the next tile's
+    /// inputs at an even pace, because the hardware prefetcher loads these inputs too late.
     std::size_t fetch_step(std::size_t tile_pixels, std::size_t group) const {
         return tile_pixels * pixel_stride / groups_of(inputs, group);
     }
@@ -40,7 +40,7 @@ constexpr float lowest_before(float negative_slope) {
 /// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
-    const float *bias, *ratios;  ///< one per output of the panel, and one per pixel; `ratios` may be nullptr
+    const float *bias, *ratios;  ///< bias: one per output of the panel; ratios: one per pixel, or nullptr
     float negative_slope, lowest;
     std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer

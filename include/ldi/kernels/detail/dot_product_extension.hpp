@@ -19,8 +19,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the processor has the extension. On systems that programs cannot query, returns whether the compiler's flags enable
-/// the extension.
+/// Whether the processor has the extension. On operating systems other than Linux and Apple's, returns whether the compiler's
+/// flags enable the extension.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;

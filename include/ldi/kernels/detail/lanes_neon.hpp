@@ -19,8 +19,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// Inline assembly, because clang before version 16 has the intrinsics only in translation units compiled for this instruction
-// set.
+// The functions below use inline assembly, because clang before version 16 has the intrinsics only in translation units
+// compiled for this instruction set.
 
 /// Adds four products of signed bytes to each of 4 sums.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
@@ -28,7 +28,8 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return sums;
 }
 
-/// Same as add_products(), but multiplies every group of four bytes of a by one group of b, bytes 4 * lane to 4 * lane + 3.
+/// Same as add_products(), but multiplies every group of four bytes of a by the same group of b: bytes 4 * lane to 4 * lane +
+/// 3.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
@@ -47,7 +48,8 @@ template <int lane>
 //     load_inputs<count>(from)                   loads 1, 2 or 4 groups of inputs into the first lanes
 //     multiply_add<lane>(sums, weights, inputs)  multiply-adds the weights of 4 outputs and one lane of the inputs
 
-/// Multiply-adds one lane of every pixel's inputs to one vector of sums per pixel.
+/// Multiplies the weights of 4 outputs by one lane of every pixel's inputs, and adds the products to one vector of sums per
+/// pixel.
 template <class Products, int lane, class Sums, class Inputs, std::size_t... p>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, Sums* sums, std::size_t vectors, Inputs weights,
                                                 const Inputs* inputs) {
@@ -101,7 +103,8 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
+    /// srshl rounds halves up. Negative halves must round down, away from zero, so the function first subtracts 1 from negative
+    /// values.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }

@@ -20,15 +20,15 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 /// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds the float to the nearest integer, halves to even, and
-/// leaves this integer in the low bits of the sum. Down to -2^23 the result is still monotonic. WebAssembly's conversion from
-/// float to integer would cost six x86 instructions.
+/// leaves this integer in the low bits of the sum. For floats from -2^23 to -2^22, the result is monotonic but not exact.
+/// WebAssembly's own conversion from float to integer would compile to six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
 /// Applies an unfused_requantization to vectors.
 ///
-/// positive  whether to add the same offset to all values, instead of an offset with the sign of each value. Requires a zero
-///           point of 0, for which negative values clamp to 0 in either case
+/// positive  if true, adds the same offset to all values; if false, gives the offset the sign of each value. True requires a
+///           zero point of 0, because negative values then clamp to 0 with either offset
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;

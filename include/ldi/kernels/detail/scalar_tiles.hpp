@@ -10,12 +10,12 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over them.
+/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over outputs.
 inline constexpr std::size_t panel_outputs = 8;
 inline constexpr detail::panel_layout panels{1, panel_outputs, 1};
 
-/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
-/// only, and a pixel's bits would depend on its tile.
+/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse
+/// multiplication and addition in some tiles only, and the bits of a pixel's result would depend on the pixel's tile.
 inline float multiply_add(float a, float b, float c) {
 #if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return std::fma(a, b, c);

@@ -54,7 +54,7 @@
 #if LDI_HAS_ARM_KERNELS
 #if defined(__clang__)
 #define LDI_NEON_FEATURES "dotprod"
-#elif __ARM_ARCH >= 9  // with armv8.2-a, a lower architecture, g++ would warn about a macro of its own
+#elif __ARM_ARCH >= 9  // armv8.2-a would be a lower architecture, and g++ would warn about one of its own macros
 #define LDI_NEON_FEATURES "+dotprod"
 #else
 #define LDI_NEON_FEATURES "arch=armv8.2-a+dotprod"

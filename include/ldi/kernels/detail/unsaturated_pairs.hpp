@@ -1,7 +1,7 @@
 // Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in
-// 16 bits. The sum can saturate: 255 * 127 * 2 does not fit. It is exact for all inputs if its positive weights add up to at
-// most 128, and its negative weights to at least -128. Few weights of a trained network exceed these limits; the excess is
-// multiplied in a separate sum.
+// 16 bits. The sum can saturate: 255 * 127 * 2 does not fit. The sum is exact for all inputs if its positive weights add up to
+// at most 128, and its negative weights to at least -128. Few weights of a trained network exceed these limits. The kernel
+// multiplies the excess in a separate sum.
 #pragma once
 
 #include <ldi/base/config.hpp>

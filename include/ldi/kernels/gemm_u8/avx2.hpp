@@ -1,6 +1,7 @@
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
 // two of these sums in 32 bits. avx2_packing.hpp selects products that may share a 16-bit sum. 64 products cost 5 instructions.
-// vpmaddwd on inputs widened to 16 bits never saturates, but costs 8; only layers with a single output use it.
+// vpmaddwd on inputs widened to 16 bits never saturates, but costs 8 instructions. Only layers with a single output use this
+// method.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_avx2.hpp>

@@ -1,8 +1,8 @@
 // Packs weights for gemm_u8/avx2.hpp.
 //
-// 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that two groups of
-// four inputs can share their 16-bit sums, which are then widened together. For each panel of up to 16 outputs, the code below
-// finds groups that can share sums. It splits weights that are too large into several terms.
+// 16-bit sums cannot saturate if the weights are small enough (detail/unsaturated_pairs.hpp). Most weights are so small that
+// two groups of four inputs can share their 16-bit sums, which are then widened together. For each panel of up to 16 outputs,
+// the code below finds groups that can share sums. It splits weights that are too large into several terms.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

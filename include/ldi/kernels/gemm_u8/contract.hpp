@@ -33,8 +33,8 @@ struct gemm_u8_data {
     buffer<std::uint32_t> order;
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
     requantization output;      ///< on NEON, `bias` and the multiplier are negated if `narrow` is
-    /// Float form of `output`. If `narrow` is negated, so are this form and `bias`. On WebAssembly, it has the constants of an
-    /// unfused_requantization. Scalar and NEON do not use it.
+    /// Float form of `output`. If `narrow` is negated, so are this form and `bias`. On WebAssembly, `fast` has the constants of
+    /// an unfused_requantization. Scalar and NEON do not use `fast`.
     float_requantization fast;
 
     /// On WebAssembly, whether an unfused form is exact. If not, `fast` is empty, and the kernel requantizes in integers.
@@ -54,8 +54,8 @@ struct gemm_u8_kernel {
     /// minimum number of outputs; with fewer, too many lanes stay empty, and the kernel of `otherwise` (kernels/isa.hpp) is
     /// faster
     std::size_t min_outputs;
-    /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
-    /// pack_gemm_u8() of kernels/gemm_u8.hpp.
+    /// Appends to `wide`, `narrow` and `order` the data that run() reads. The caller has set all other members; the function
+    /// for NEON changes `bias` and the multiplier in `output`. See pack_gemm_u8() of kernels/gemm_u8.hpp.
     void (*pack)(gemm_u8_data& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
     /// Same parameters as gemm_u8() of kernels/gemm_u8.hpp.
     void (*run)(const gemm_u8_data& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,

@@ -28,7 +28,7 @@ inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { r
 
 /// Returns one byte per pixel: bit s is set if side s of the pixel has no neighbor in the same chart.
 ///
-/// g         invariants hold
+/// g         a graph whose invariants hold
 /// chart_of  one chart per pixel
 ///
 /// Raises mismatch if a right neighbor is not the next pixel, as it is in canonical order.
@@ -40,7 +40,8 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     const std::int32_t *const g_right = g.right().data(), *const g_down = g.down().data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
-    // Most runs of `stretch` pixels belong to one chart and lie above a run of the same chart. They need no branch per pixel.
+    // Most runs of `stretch` pixels belong to one chart and lie above a run of the same chart. Such runs need no branch per
+    // pixel.
     constexpr std::int32_t stretch = 16;
     std::int32_t i = 0;
     while (i < count) {
@@ -158,7 +159,8 @@ public:
     }
 
 private:
-    /// Turns from side `e` around its pixel with `first`, and into each next pixel with `then`, up to the next boundary side.
+    /// Finds the boundary side next to side `e`. `first` selects the side after `e` in the same pixel. After each step into a
+    /// neighboring pixel, `then` selects the side to test there.
     template <int (*first)(int), int (*then)(int), class Visitor>
     pixel_side turn(pixel_side e, Visitor&& visit) const {
         visit(e.pixel);

@@ -44,7 +44,7 @@ public:
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), nearest_float(max_width));
     }
 
-    /// Returns one hem per entry of flat_mesh::open_corners. Most hems are empty. If facts.motion is 0, all are.
+    /// Returns one hem per entry of flat_mesh::open_corners. Most hems are empty. If facts.motion is 0, all hems are empty.
     buffer<hem> find() {
         buffer<hem> result(flat_.open_corners.size());
         if (!(parallax_ > 0)) return result;
@@ -58,8 +58,8 @@ public:
 
 private:
     /// Maximum difference in disparity between a hem and the nearer surface in front of it, as a multiple of
-    /// surface_rule::max_step; tuned by experiment. A camera sees past a hem if the parallax of this difference exceeds the hem's
-    /// width, so narrow hems lie closer to the nearer surface.
+    /// surface_rule::max_step; tuned by experiment. A camera sees past a hem if the parallax of this difference exceeds the
+    /// hem's width, so a narrow hem must lie closer to the nearer surface.
     static constexpr float gap = 0.2F;
     static_assert(mesh_pixels >= 2.0F * simplify_options{}.tolerance &&
                   mesh_disparity >= simplify_options{}.disparity_tolerance + stud_options{}.disparity_tolerance);
@@ -152,8 +152,8 @@ private:
         return farthest;
     }
 
-    /// Returns the outer end of the hem at a corner. The hem extends outward across nearer surfaces of similar depth, at most by
-    /// width_. Its outer end lies behind these surfaces.
+    /// Returns the outer end of the hem at a corner. The hem extends outward behind nearer surfaces of similar depth, by at
+    /// most width_. Its outer end is farther away than these surfaces.
     hem hem_of(const end& e) const {
         hem result;
         float reach = 0;

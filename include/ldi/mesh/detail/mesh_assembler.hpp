@@ -163,7 +163,7 @@ private:
     /// Adds the texture coordinates and the pixel of a vertex.
     ///
     /// to_atlas  offset from the lattice to texels
-    /// beyond    outer end of the hem, for a vertex of a hem
+    /// beyond    the hem, if the vertex is its outer end; empty otherwise
     void add_texture(const outline_corner& corner, std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder,
                      const hem& beyond = {}) {
         mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas[0]) + beyond.x) * u_scale_);
@@ -173,9 +173,9 @@ private:
 
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
         const float disparity = beyond.is_empty() ? corner.disparity : beyond.disparity;
-        // Hems may lie behind the farthest surface, by a disparity of 0.2 * surface_rule::max_step (hem_finder::gap). With the
-        // default rule and range, their inverse depth is at least 0.91 times that of disparity 0. The minimum below takes effect
-        // with other rules and ranges.
+        // The disparity of a hem may be below that of the farthest surface, by up to 0.2 * surface_rule::max_step
+        // (hem_finder::gap). With the default rule and range, the inverse depth of hems is at least 0.91 times that of
+        // disparity 0. The minimum below only takes effect with other rules and ranges.
         const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
@@ -183,8 +183,8 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// Lifts each corner once and copies its position afterward, so that charts meet exactly, even if the compiler changes float
-    /// arithmetic.
+    /// Lifts each corner once and copies its position afterward. Charts then meet exactly, even if the compiler evaluates the
+    /// same float expression differently in two places.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
         if (first_coordinate < 0) {

@@ -10,8 +10,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: in the pixel's row, at least
-/// `clearance` pixels to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
+/// Checks the surroundings of a pixel's left side. Precondition of all checks: in the pixel's row, at least `clearance` pixels
+/// to the left and `clearance` pixels to the right of this side belong to the pixel's chart.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
@@ -19,7 +19,7 @@ public:
     outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
         : g_(g), sides_(sides), clearance_(clearance) {}
 
-    /// Whether the chart ends above any pixel of the row within the clearance.
+    /// Whether the chart ends directly above any of the pixels that lie in the row of `pixel` and within the clearance.
     bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
 
     /// Whether the chart contains the `clearance` rows that start at the row of `pixel` and continue toward side `s` (0 up, 2
@@ -37,7 +37,7 @@ public:
     }
 
 private:
-    /// Returns the union of the boundary sides of all pixels of the row within the clearance.
+    /// Returns the union of the boundary sides of all pixels in the row of `pixel` within the clearance.
     std::uint8_t sides_around(std::int32_t pixel) const {
         const std::uint8_t* at = sides_.data() + (pixel - clearance_);
         const std::uint8_t* const end = sides_.data() + (pixel + clearance_);

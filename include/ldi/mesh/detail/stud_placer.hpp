@@ -24,7 +24,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Converts samples to studs, chart by chart.
+/// Converts the samples of stud_sampler to studs, chart by chart.
 class stud_placer {
 public:
     stud_placer(const stud_sampler& sampled, const stud_options& options, const depth_range& range)

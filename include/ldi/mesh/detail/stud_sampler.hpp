@@ -81,12 +81,12 @@ public:
     }
 
 private:
-    /// Returns the spacing between studs at which nine tenths of the chart's texture shifts by at most texture_tolerance. If the
-    /// limit held for the whole texture, a single crease would determine the spacing. Nine tenths was tuned by experiment.
+    /// Returns the spacing between studs at which nine tenths of the chart's texture shift by at most texture_tolerance. If the
+    /// limit applied to the whole texture, a single crease would determine the spacing. The fraction was tuned by experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing (up to 24 pixels) differs on average by only
-        // 0.4 pixels from the spacing with 16,000 slopes, which takes eight times as long to compute. Each slope spans 8 pixels,
-        // and slopes start at least 61 pixels apart; both numbers were tuned by experiment.
+        // About a thousand slopes suffice. On 121 charts of 17 photos, the spacing (up to 24 pixels) differs on average by only
+        // 0.4 pixels from the spacing with 16,000 slopes, whose computation takes eight times as long. Each slope spans 8
+        // pixels, and slopes start at least 61 pixels apart. Both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();

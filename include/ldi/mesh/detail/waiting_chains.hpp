@@ -17,8 +17,8 @@ struct waiting_chain {
     std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
 };
 
-/// Stores the vertices and links of all chains, and adds the triangles that it cuts off to the caller's triangulation. Keep an
-/// object to reuse its memory.
+/// Stores the vertices and links of all chains. Adds the triangles that are cut off from chains to the caller's triangulation.
+/// Keep an object to reuse its memory.
 class waiting_chains {
 public:
     void clear() { nodes_.clear(), open_sides_.clear(); }
@@ -29,7 +29,7 @@ public:
         return {only, only, only};
     }
 
-    /// Adds a link: a placeholder for an inner edge until both of its triangles are known. Edges of the polygon itself have link
+    /// Adds a link: a placeholder for an inner edge until both of its triangles are known. The polygon's own edges have link
     /// -1.
     std::int32_t add_link() { return add_link(-1); }
 

@@ -27,7 +27,7 @@ image<T> mirrored(const image<T>& source) {
 /// The two neighboring source samples from which a sample of the resized row is interpolated.
 struct sample_place {
     std::size_t first, second;
-    float share;  ///< weight of `second`; `first` has the rest
+    float share;  ///< weight of `second`; the weight of `first` is 1 - share
 };
 inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_t from_count) {
     const float at = (nearest_float(i) + 0.5F) * nearest_float(from_count) / nearest_float(count) - 0.5F;
@@ -64,7 +64,7 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
     return result;
 }
 
-/// Replaces structures of `details` that are coarser than 16 pixels with the mean of both maps.
+/// Replaces structures of `details` that are coarser than 16 pixels with the mean of both maps. Returns H x W x 1.
 ///
 /// details  H x W x 1, H and W multiples of 16
 /// layout   h x w x 1, any size, in the unit of `details`

@@ -84,7 +84,7 @@ private:
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
-        std::string result;  ///< name of the result's range in the file, without ".range"; empty: float results
+        std::string result;  ///< name of the result's range in the file, without ".range"; empty if the results are floats
 
         std::size_t inputs() const {
             std::size_t sum = 0;

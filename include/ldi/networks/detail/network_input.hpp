@@ -39,7 +39,7 @@ struct masked_map {
 /// Returns the input of a network that masks unknown colors: known colors, scaled to [0, 1].
 ///
 /// read     pixels that the network reads
-/// convert  converts floats to the input's values
+/// convert  converts a float to the type of the network's input
 template <class Convert>
 auto masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known, std::span<const std::int32_t> read,
                   const Convert& convert) {

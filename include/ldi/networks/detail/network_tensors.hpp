@@ -16,6 +16,9 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Returns the values of a tensor. Raises the errors of tensor_values(), and invalid_data for values that are not finite.
+///
+/// name   full name of the tensor
+/// shape  shape that the tensor must have
 inline const buffer<float>& finite_values(const named_tensors& file, const std::string& name, const buffer<std::size_t>& shape) {
     const buffer<float>& found = tensor_values<float>(file, name, shape);
     if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
@@ -24,7 +27,9 @@ inline const buffer<float>& finite_values(const named_tensors& file, const std::
 }
 
 /// Returns the quantization of a tensor from its range in the file, "NAME.range": the minimum and maximum of the values before
-/// quantization.
+/// quantization. Raises the errors of finite_values(), and invalid_data for a range that is empty or does not contain 0.
+///
+/// of  NAME
 inline quantization quantization_of(const named_tensors& file, const std::string& of) {
     const std::string name = of + ".range";
     const buffer<float>& ends = finite_values(file, name, {2});

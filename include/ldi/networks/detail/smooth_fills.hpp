@@ -28,7 +28,8 @@ struct smooth_fills {
     buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
 };
 
-/// Numbers the unknown pixels from 0, with a quarter of the memory that one index per pixel would require.
+/// Numbers the unknown pixels from 0. Stores one number per block of four pixels, a quarter of the memory of one number per
+/// pixel.
 class unknown_numbers {
 public:
     explicit unknown_numbers(array_view<const std::uint8_t> known) : known_(known) {
@@ -180,9 +181,10 @@ private:
 
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
-    /// Then colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where few links
-    /// connect a surface to the rest, because these links may be missing on coarser levels. Colors spread along links from
-    /// colored pixels, one link per pass: each pixel becomes the average of its colored neighbors.
+    /// Also colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where only a few
+    /// links connect a surface to the rest of the image, because these links may be missing on coarser levels. Colors then
+    /// spread from colored pixels along links, one link per pass: each pixel reached by a pass becomes the average of its
+    /// colored neighbors.
     masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
         buffer<std::int32_t> unknown;
         for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
@@ -202,8 +204,8 @@ private:
         return twice;
     }
 
-    /// Colors each pixel that has a color neither on this level nor on a coarser one. Includes pixels that the network does not
-    /// read; otherwise, colors would depend on which pixels the network reads.
+    /// Colors each pixel that has a color neither on this level nor on a coarser one. This includes pixels that the network
+    /// does not read. Otherwise, the colors would depend on which pixels the network reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -252,7 +254,7 @@ private:
     }
 
     /// Mean of all known colors, for surfaces that no link connects to a known color.
-    masked_color mean() noexcept {
+    masked_color mean() {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};
             std::uint64_t count = 0;

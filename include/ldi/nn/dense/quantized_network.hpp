@@ -30,7 +30,7 @@ public:
     ///
     /// target  the instruction set to pack weights for; raises invalid_option if it is unavailable; does not affect results
     ///
-    /// If ldi cannot run the network, raises an error that names the tensor.
+    /// Raises invalid_data, mismatch or unsupported, with the name of the tensor, if ldi cannot run the network.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
         check_available("quantized_network", target);
         detail::check_network(description);
@@ -55,10 +55,11 @@ public:
     std::size_t layer_count() const { return layers_.size(); }
     isa target() const { return target_; }
 
-    /// Returns the size of the result for an input size. Raises an error if the network does not accept the input size.
+    /// Returns the size of the result for an input size. Raises invalid_data for an empty input, mismatch if the network adds
+    /// tensors whose sizes then differ, and too_large if the tensors need more than max_bytes.
     tensor_size output_size(tensor_size input) const { return sizes(input)[output_]; }
 
-    /// Working memory of run() in bytes, without its input and its result.
+    /// Working memory of run() in bytes, without its input and its result, for an executor with `threads` threads.
     std::size_t working_bytes(tensor_size input, std::size_t threads) const {
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
@@ -94,12 +95,13 @@ public:
         void operator()(float) const {}
     };
 
-    /// Runs the network. Returns the result in output_quantization().
+    /// Runs the network. Returns the result in output_quantization(). Raises the errors of output_size(), and mismatch for a
+    /// different number of channels or too little memory.
     ///
     /// input     H x W x input_channels(), in input_quantization()
     /// progress  called as progress(fraction) on the calling thread after each step; fraction is 1 after the last step. An
     ///           exception from the callback ends the run
-    /// memory    working memory of at least working_bytes(); if empty, the run allocates it
+    /// memory    at least working_bytes() bytes of working memory; if empty, run() allocates the memory
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
                             std::span<std::byte> memory = {}) const {
@@ -130,7 +132,7 @@ public:
 
 private:
     const quantized_network& loaded() const {
-        if (channels_.empty()) raise(error_code::mismatch, "quantized_network", "a network", "one that was moved from");
+        if (channels_.empty()) raise(error_code::mismatch, "quantized_network", "a network", "a moved-from object");
         return *this;
     }
 
@@ -209,8 +211,8 @@ private:
             memory = own;
         }
         if (memory.size() < bytes_of(planned, strips))
-            raise(error_code::mismatch, "quantized_network", "memory of " + std::to_string(bytes_of(planned, strips)) + " bytes",
-                  std::to_string(memory.size()));
+            raise(error_code::mismatch, "quantized_network",
+                  "at least " + std::to_string(bytes_of(planned, strips)) + " bytes of memory", std::to_string(memory.size()));
         const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % buffer_alignment;
         std::uint8_t* const base = reinterpret_cast<std::uint8_t*>(memory.data()) + (buffer_alignment - misaligned);
 

@@ -93,7 +93,7 @@ private:
         return names;
     }
 
-    /// Returns an entry of the operator table. Raises an error unless the entry lies in [min, max].
+    /// Returns an entry of the operator table. Raises invalid_data unless the entry lies in [min, max].
     std::size_t row(std::size_t i, std::size_t column, std::size_t min, std::size_t max) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < min || static_cast<std::size_t>(value) > max)

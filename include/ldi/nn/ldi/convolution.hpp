@@ -68,17 +68,18 @@ struct quantized_source {
     quantization values;
 };
 
-/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input; the
-/// largest absolute product of each output becomes 63. Raises the errors of pack_convolution(). Raises mismatch unless the
-/// channels of all sources add up to the inputs of the weights. Raises invalid_data if a weight times its scale is NaN. Raises
-/// unsupported if the scale or the bias of an output is not finite in units of result.scale, or if kernel_size * kernel_size *
-/// channels exceeds max_conv_u8_inputs (2^17), because sums would overflow.
+/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). First multiplies each weight by the scale of its input. Then
+/// scales the products of each output so that the largest absolute value is 63. Raises the errors of pack_convolution(). Raises
+/// mismatch unless the channels of all sources add up to the inputs of the weights. Raises invalid_data if a weight times its
+/// scale is NaN. Raises unsupported if the scale or the bias of an output is not finite in units of result.scale, or if
+/// kernel_size * kernel_size * channels exceeds max_conv_u8_inputs (2^17), because sums would overflow.
 ///
-/// target   as in pack_convolution()
+/// target, weights, bias and kernel_size are as in pack_convolution().
+///
 /// after    applied to the sums, before they are quantized; its slope must be in [0, 1]
 /// sources  channels and quantization of each source that the convolution will read, in order. The zero point must equal
-///          basic_feature_view::zero of the source; nothing checks this, and a different one changes results where pixels are
-///          missing
+///          basic_feature_view::zero of the source. No function checks this. A different zero point changes the results of
+///          windows with missing pixels
 /// result   quantization of byte results; float results are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
@@ -127,7 +128,8 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// result   plan.output_count() x weights->outputs, a vector or span of float or of the sources' type. Rows of outputs that the
 ///          plan omits stay unchanged. Must not overlap a source
 ///
-/// The bits of an output depend on its window alone, not on the plan (full or restricted) or on the executor.
+/// Raises mismatch for a plan of a different kernel size, and for sources or a result of the wrong size. The bits of an output
+/// depend on its window alone, not on the plan (full or restricted) or on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve(const convolution_plan& plan, const Weights& weights,
               std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
@@ -139,12 +141,14 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// Computes result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else
 /// 0.
 ///
-/// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
-/// all channels of all sources. C is the number of these channels, and k is the kernel size. Without masks, only missing pixels
-/// are excluded.
+/// In a source, a pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's
+/// sum runs over all channels of all sources. C is the number of these channels, and k is the kernel size. Without masks, only
+/// missing pixels are excluded.
 ///
 /// sources, result  as in convolve(), but sources may have masks
-/// result_mask      plan.output_count(): 1 where the mask's sum is positive, else 0; may be empty
+/// result_mask      plan.output_count(): set to 1 where the mask's sum is positive, else to 0; may be empty
+///
+/// Raises mismatch as convolve() does, and for a nonempty result_mask of the wrong size.
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve_partially(const convolution_plan& plan, const Weights& weights,
                         std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,

@@ -26,7 +26,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
-    bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; if false, they count as zero
+    bool is_partial = false;           ///< excludes missing pixels from the rescaled sum; if false, counts them as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; changes results only by rounding errors
 };
 
@@ -66,6 +66,7 @@ public:
         return result;
     }
 
+    /// The same for a single input.
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, const feature_map& input, Executor&& threads = {}) const {
         return (*this)(plan, {feature_view(input)}, threads);

@@ -1,5 +1,5 @@
-// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
-// where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
+// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows.
+// There, k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
 // silhouettes and borders. A plan depends only on the graph and the kernel size; all layers of a level share it.
 #pragma once
 
@@ -89,7 +89,7 @@ public:
     /// The segments, in ascending order of outputs.
     array_view<const segment> segments() const& { return parts_.segments; }
     array_view<const segment> segments() const&& = delete;  // the values would be destroyed with the plan
-    /// The kernel_size rows of the window of a segment's first output, top to bottom, each named by its center pixel.
+    /// The kernel_size rows of the window of a segment's first output, top to bottom, each identified by its center pixel.
     std::span<const std::int32_t> rows_of(std::size_t s) const& { return std::span(parts_.rows).subspan(s * k(), k()); }
     std::span<const std::int32_t> rows_of(std::size_t) const&& = delete;
     /// The irregular outputs, ascending.

@@ -12,7 +12,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Returns the same plans as plan_convolution(). Consecutive plans with the same kernel size cost less.
+/// Returns the same plans as plan_convolution(). Consecutive plans with the same kernel size take less time.
 class convolution_planner {
 public:
     /// The graph must outlive the planner.

@@ -60,7 +60,7 @@ void check_same_shape(const char* where, const basic_feature_view<Value>& a, con
     check_rows(where, a), check_rows(where, b);
     if (b.pixels() != a.pixels() || b.channels != a.channels)
         raise(error_code::mismatch, where, std::to_string(a.pixels()) + " pixels of " + std::to_string(a.channels) + " channels",
-              std::to_string(b.pixels()) + " of " + std::to_string(b.channels));
+              std::to_string(b.pixels()) + " pixels of " + std::to_string(b.channels) + " channels");
 }
 
 /// Returns the byte to which quantize() converts a value.
@@ -111,7 +111,8 @@ inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  same numbers of pixels and channels as `a`, else raises mismatch; may be upsampled, with zeros at pixels without a parent
+/// b  map with the same numbers of pixels and channels as `a`, else raises mismatch. It may be an upsampled view, in which
+///    pixels without a parent are zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     detail::check_same_shape<float>("add", a, b);
@@ -132,7 +133,7 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
 ///
 /// b    as in add() for floats
 /// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum. Raises mismatch if the zero
-///      points of the maps disagree with its `exact.bias`
+///      points of the maps disagree with `exact.bias` of this result
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
@@ -220,8 +221,9 @@ basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, acti
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
-/// Converts a map to bytes. Rounds each value to the nearest multiple of `to.scale`, and clamps to the range of bytes. NaN
-/// becomes the zero point. Raises invalid_option unless the scale is above 0 and below 2^120.
+/// Converts a map to bytes. Divides each value by `to.scale`, rounds to the nearest integer (halves away from zero), adds the
+/// zero point, and clamps to 0..255. NaN becomes the zero point. Raises invalid_option unless the scale is above 0 and below
+/// 2^120.
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to, Executor&& threads = {}) {
     detail::check_rows<float>("quantize", x);

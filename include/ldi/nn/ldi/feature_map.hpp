@@ -25,7 +25,8 @@ template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
-    /// row index of each pixel; no_pixel reads as zeros; empty: pixel i has row i. Operators do not check the indices
+    /// Index of each pixel's row, or no_pixel for a pixel that reads as zeros. If empty, pixel i has row i. Operators do not
+    /// check the indices.
     std::span<const std::int32_t> rows;
     std::span<const std::uint8_t> mask;  ///< per row: 0 if its values are missing and read as zeros, else 1; empty: all 1
     Value zero = {};                     ///< value that represents zero; for bytes, the zero point
@@ -125,7 +126,7 @@ template <class Value>
 void check_rows(const char* where, const basic_feature_view<Value>& view) {
     const std::size_t rows = view.channels > 0 ? view.values.size() / view.channels : 0;
     if (view.values.size() != rows * view.channels)
-        raise(error_code::mismatch, where, "rows of " + std::to_string(view.channels) + " values",
+        raise(error_code::mismatch, where, "whole rows of " + std::to_string(view.channels) + " values",
               std::to_string(view.values.size()) + " values");
     if (!view.mask.empty() && view.mask.size() != rows)
         raise(error_code::mismatch, where, "a mask of " + std::to_string(rows) + " rows", std::to_string(view.mask.size()));

@@ -1,5 +1,5 @@
-// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores one row for each of
-// these pixels.
+// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores one row of values for
+// each of these pixels.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -67,8 +67,8 @@ inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pix
     const std::int32_t last = first + count - 1, row = subset.row_of()[first], last_row = subset.row_of()[last];
     if (row == no_pixel || last_row == no_pixel || last_row - row != last - first)
         raise(error_code::mismatch, "pixel_subset",
-              "pixels " + std::to_string(first) + " to " + std::to_string(last) + ", which the plan uses",
-              "a subset without some of them");
+              "a subset with pixels " + std::to_string(first) + " to " + std::to_string(last) + ", which the plan uses",
+              "a subset that lacks some of these pixels");
     return row;
 }
 
@@ -76,8 +76,8 @@ inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pix
 
 /// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// inputs  must contain every pixel that the plan reads. With 1 x 1 windows and stride 2, must also contain the pixels between
-///         the inputs of a segment, which the plan does not read
+/// inputs  pixels that the tensor stores: every pixel that the plan reads. With 1 x 1 windows and stride 2, they must also
+///         include the pixels between the inputs of a segment, although the plan does not read them
 ///
 /// Raises mismatch if the subset belongs to a graph with a different number of pixels, or lacks one of these pixels.
 inline convolution_plan renumber_inputs(convolution_plan plan, const pixel_subset& inputs) {

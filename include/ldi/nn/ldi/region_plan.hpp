@@ -23,8 +23,8 @@ struct column_range {
     std::int32_t first, last;
 };
 
-/// Finds the columns of row y whose windows lie completely in the region. Returns them as ranges. In each window row, a single
-/// run of the region covers all windows of a range.
+/// Finds the columns of row y whose windows lie completely in the region. Sets `result` to these columns, as ranges: in each
+/// window row, a single run of the region covers all windows of a range. `next` is working memory.
 inline void find_regular_columns(const pixel_region& region, std::int32_t y, std::int32_t radius, buffer<column_range>& result,
                                  buffer<column_range>& next) {
     result.assign(1, {0, region.width()});
@@ -125,7 +125,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
     if (half != halved(region))
         raise(error_code::mismatch, "plan_convolution",
               "the halved region of a lattice of " + std::to_string(region.width()) + " x " + std::to_string(region.height()),
-              "another one, of " + std::to_string(half.width()) + " x " + std::to_string(half.height()));
+              "a different region, of " + std::to_string(half.width()) + " x " + std::to_string(half.height()));
     return detail::region_planner(region, half, kernel_size, 2).run();
 }
 

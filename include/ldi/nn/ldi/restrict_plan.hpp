@@ -1,5 +1,6 @@
 // Restricts the plan of a convolution to some of its outputs, so that the convolution computes only these, and lists the pixels
-// that a plan reads. Networks use both to compute, layer by layer, only the values on which the requested pixels depend.
+// that a plan reads. Networks use both functions to compute, layer by layer, only the values on which the requested pixels
+// depend.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -28,7 +29,8 @@ plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std
     const array_view<const plan_segment> segments = plan.segments();
     const array_view<const std::int32_t> all_irregular = plan.irregular();
     const auto refuse = [](std::int32_t output) {
-        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan", "output " + std::to_string(output));
+        raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan",
+              "an output out of order or not in the plan: " + std::to_string(output));
     };
     std::size_t s = 0, irregular = 0;
     for (std::size_t i = 0; i < outputs.size();) {

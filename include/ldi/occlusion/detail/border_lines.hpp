@@ -36,7 +36,7 @@ public:
     buffer<float> slopes(const buffer<std::int32_t>& pixels) const {
         buffer<float> result(pixels.size());
         buffer<sums> chain;
-        buffer<std::size_t> members;  // the chain: successive pixels of one surface, as positions in `pixels`
+        buffer<std::size_t> members;  // indices in `pixels` of the chain: successive pixels of one surface
         for (std::size_t first = 0; first < pixels.size(); ++first) {
             if (graph_.neighbor(pixels[first], opposite(along_)) != no_pixel) continue;
             chain.clear(), members.clear();

@@ -50,8 +50,8 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past this end of the curve, the camera sees the surface behind the midground. The nearest front pixel
-                // determines the parallax.
+                // Past this end of the curve, the camera sees the surface behind the midground. The nearest front pixel along
+                // the curve determines the parallax there.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
                 for (const std::int32_t back : {pixels_.position(x - 1, y - 1), pixels_.position(x, y - 1),
@@ -74,7 +74,7 @@ public:
     bool is_finished(int iterations_done) const { return iterations_done > 0 && front_.empty(); }
 
     /// Approximate number of iterations until growth is finished. Growth in four directions needs up to sqrt(2) iterations per
-    /// pixel of distance. Surfaces that recede behind the front need more.
+    /// pixel of distance. Surfaces that recede from the camera as they grow need more iterations.
     int expected_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -128,7 +128,7 @@ private:
         const std::int32_t position = pixels_.position(x, y);
 
         // As in the paper, the disparity of the new pixel is the average over its neighbors. Its neighbor on each side is the
-        // pixel of this surface that is free to be linked, if one exists. The new pixel inherits its origin from the neighbor
+        // pixel of this surface that is free to be linked, if one exists. The new pixel inherits the origin of the neighbor
         // whose surface may still grow farthest.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
@@ -238,7 +238,7 @@ private:
         return vector_length(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // Returns the growth of the surface behind a curve at one of its ends.
+    // Returns the maximum growth of the surface behind a curve at one of the curve's ends, in pixels.
     float reach_at(const discontinuity_curve& curve, const growth_constraint& end) const {
         float nearest = std::numeric_limits<float>::infinity(), reach = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -247,11 +247,12 @@ private:
     }
 
     // Whether the step from a pixel to (x, y) crosses the constraint at one of the curve's ends from inside. The constraint is a
-    // line that starts at the curve's end and leads behind the front surface. The line is as long as the surface grows at that
-    // end, so a surface that grows farther from elsewhere may pass around it. It also extends 2 pixels in the opposite direction,
-    // a value tuned by experiment. Steps that start outside are allowed: the surface came there from the other side of a narrow
-    // front, or around the line. Steps that meet a hidden pixel of the same surface outside, for example between the lines of two
-    // curves, are also allowed.
+    // line that starts at the curve's end and leads behind the front surface. Its length is the distance by which the surface
+    // may grow at that end. A surface that grows farther from elsewhere may pass around the line. The line also extends 2
+    // pixels in the opposite direction, a value tuned by experiment. The curve is on the inside of the line. Steps that start
+    // on the outside are allowed: the surface came there from the other side of a narrow front, or around the line. Also
+    // allowed are steps next to a hidden pixel of the same surface that is already outside, for example between the lines of
+    // two curves.
     bool crosses_constraint(std::size_t curve, std::int32_t pixel, std::int32_t x, std::int32_t y) const {
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
         for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -276,7 +277,7 @@ private:
     std::span<const discontinuity_curve> curves_;
     bool merges_curves_;
     float parallax_ = 0.0F;                // maximum parallax, in pixels, for a disparity difference of 1
-    buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, curve by curve
+    buffer<front_pixel> front_, created_;  // pixels that the previous and the current iteration added, or gave another origin
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;

@@ -19,8 +19,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Lays out old and new pixels in canonical order, row by row from the top. Each run that reaches the left or the right border
-/// continues past it. Each pixel of the first row continues upward, and each pixel of the last row downward. This includes the
-/// new pixels of these rows, so the corners are filled.
+/// continues past this border. Each pixel of the first row continues upward, and each pixel of the last row downward. This
+/// includes the new pixels of these rows, so the corners are filled.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
@@ -106,8 +106,8 @@ private:
         std::int32_t first, last, left, right;
     };
     /// A column of `reach` new pixels above or below the photo. It continues an old or a new pixel of the photo's first or last
-    /// row. `source` is that pixel if it is old, else the old pixel whose color it repeats. `border` is the border pixel whose
-    /// disparity the column gets.
+    /// row. `source` is that pixel if it is old, else the old pixel whose color that pixel repeats. `border` is the border
+    /// pixel whose disparity the column gets.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;

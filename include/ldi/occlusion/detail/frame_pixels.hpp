@@ -34,8 +34,8 @@ public:
     }
     /// Adds a new pixel. (x, y) is relative to the photo's first pixel.
     ///
-    /// border  border pixel whose surface it continues
-    /// source  old pixel that it shows
+    /// border  border pixel whose surface the new pixel continues
+    /// source  old pixel that the new pixel shows
     void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
         origins_.push_back(source), borders_.push_back(border);
         place(x, y);

@@ -1,5 +1,5 @@
-// Pixels added behind a single layer while it grows. They are stored separately from the layer, so that the cost of growth
-// depends only on the number of new pixels. At the end, one pass merges both into canonical order.
+// Pixels added behind a single layer while it grows. Storage is separate from the layer, so that the cost of growth depends
+// only on the number of new pixels. At the end, one pass merges both into canonical order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -35,8 +35,8 @@ public:
     std::int32_t height() const { return base_.height(); }
     std::int32_t hidden_count() const { return hidden_.count(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
-    /// Index of the visible pixel at (x, y). From there, next_at_position() visits the hidden pixels at this position, one by
-    /// one.
+    /// Index of the visible pixel at (x, y). From this pixel, repeated calls of next_at_position() visit the hidden pixels at
+    /// the position, the newest first.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
         return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
@@ -56,7 +56,7 @@ public:
 
     /// Adds a hidden pixel.
     ///
-    /// origin  the visible pixel whose surface it continues
+    /// origin  the visible pixel whose surface the new pixel continues
     std::int32_t add(std::int32_t position, float disparity, std::int32_t origin) {
         const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x()[position], base_.y()[position]);
         origin_.push_back(origin);
@@ -86,7 +86,7 @@ public:
         see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order. Releases memory as early as it can, because make_photo3d() uses the most memory
+    /// Merges all pixels into canonical order. Releases memory as early as possible, because the memory of make_photo3d() peaks
     /// here. Only write_disparity() may follow.
     grown_pixels merge() {
         newest_ = {}, older_ = {};

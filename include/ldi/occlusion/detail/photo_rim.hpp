@@ -1,5 +1,5 @@
-// Finds rims that do not belong to the scene: edges of scanned slides, and thin frames. If they were mirrored past the border,
-// they would become lines across the picture.
+// Finds rims that do not belong to the scene: edges of scanned slides, and thin frames. If grow_past_frame() mirrored such rims
+// past the border, they would become lines across the picture.
 #pragma once
 
 #include <ldi/base/array_view.hpp>

@@ -94,7 +94,7 @@ public:
           x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
           y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
-    /// Returns the inverse depth, clamped to the triangle's range, because rounding in slivers could exceed it.
+    /// Returns the inverse depth, clamped to the triangle's range, because rounding errors in slivers could exceed this range.
     double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), min_, max_); }
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
@@ -154,8 +154,8 @@ public:
     }
 
 private:
-    /// Returns the point where an edge intersects a plane. Moves this point exactly onto the plane: on a very long edge, rounding
-    /// could otherwise put it where it cannot be projected.
+    /// Returns the point where an edge intersects a plane. Moves this point exactly onto the plane. Otherwise, on a very long
+    /// edge, rounding could move the point to a position that cannot be projected.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
         camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];

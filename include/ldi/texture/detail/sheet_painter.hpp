@@ -101,8 +101,8 @@ private:
     /// color onto the direction to the neighbor's color, and subtracts this projection. The remaining difference is the texture
     /// of the surface.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
-        // Does not remove contributions that are as small as noise, or that come from a neighbor with a similar color. The
-        // thresholds were tuned by experiment.
+        // Keeps contributions that are as small as noise, or that come from a neighbor with a similar color. The thresholds
+        // were tuned by experiment.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;

@@ -15,7 +15,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Source of the colors inside a pixel of the layered image.
+/// Source of the texels' colors inside a pixel of the layered image.
 enum class sheet_source : std::uint8_t {
     atlas,
     photo,

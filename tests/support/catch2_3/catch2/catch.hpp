@@ -1,4 +1,4 @@
-// Catch2 3 with the names of Catch2 2, which the tests use.
+// Provides the names of Catch2 2, which the tests use, on top of Catch2 3.
 #pragma once
 
 #include <catch2/catch_all.hpp>

@@ -32,7 +32,7 @@ struct integer_adder {
           shift(_mm_cvtsi32_si128(sum.exact.shift - 1)) {}
 
     /// Returns sums without the zero point. To divide by a power of two, adds one half and shifts, which rounds halves up.
-    /// Negative halves must round down, away from zero, so 1 is first subtracted from negative values.
+    /// Negative halves must round down, away from zero, so the function first subtracts 1 from negative values.
     [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
         const int_lanes products = LDI_LANES(add_epi32)(LDI_LANES(mullo_epi32)(load_bytes(a + first), a_multiplier),
                                                         LDI_LANES(mullo_epi32)(load_bytes(b + first), b_multiplier));

@@ -1,4 +1,4 @@
-// add_u8 with float_adder or integer_adder. Included after walk.hpp.
+// add_u8 with float_adder or integer_adder. Instruction sets with both forms include this file after walk.hpp.
 
 inline void add_u8(const add_u8_data& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {

@@ -115,14 +115,14 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 1, with each column c repeated twice or more. Column c occurs in these windows:
+    /// Stride 1, with two or more copies of each column c. Column c occurs in these windows:
     ///
     ///     around the last copy of column c - 1       as the right column
     ///     around its own first and last copies       as two of the three columns
     ///     around its other copies                    as all columns
     ///     around the first copy of column c + 1      as the left column
     ///
-    /// fixed_repeat  repetitions if they are a compile-time constant, else 0
+    /// fixed_repeat  number of copies if it is a compile-time constant, else 0
     template <std::size_t fixed_repeat>
     void enlarged() const {
         const Sums sums = packed;

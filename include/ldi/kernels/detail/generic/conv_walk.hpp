@@ -2,8 +2,8 @@
 // namespace and target region. The template parameter Kernel provides the primitives:
 //
 //     layout        order of the weights
-//     pixels[v]     pixels of a full tile with v + 1 vectors
-//     rest_pixels   pixels of the largest tile for the pixels that remain after the full tiles
+//     pixels[v]     number of pixels in a full tile with v + 1 vectors
+//     rest_pixels   maximum number of pixels in the tiles that follow the full tiles
 //     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
 /// Computes pixels first to last - 1 in the largest possible tiles.

@@ -56,7 +56,7 @@ inline void check_accumulators(const std::string& name, const convolution_descri
         const std::int64_t max_sum = 510 * sum + bias;
         if (max_sum > (std::numeric_limits<std::int32_t>::max)())
             raise(error_code::unsupported, name, "sums below 2^31",
-                  "up to " + std::to_string(max_sum) + " in output " + std::to_string(o));
+                  "a sum of up to " + std::to_string(max_sum) + " in output " + std::to_string(o));
     }
 }
 
@@ -104,7 +104,8 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > max_resize_factor)
         raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(max_resize_factor), std::to_string(r.factor));
-    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "different values");
+    if (output != input.values)
+        raise(error_code::mismatch, place, "the scale and zero point of the input", "a different scale or zero point");
     return input.channels;
 }
 

@@ -1,7 +1,7 @@
 // Runs consecutive layers as one chain. Each task computes one strip (consecutive rows of the last layer's result), a few rows
-// per step. Ring buffers between the layers keep only the rows that the next layer still needs, so they stay in the processor's
-// caches. The tensors inside the network's inverted residual blocks therefore never reach memory; they have 6 to 15 times as many
-// channels as the tensors between the blocks.
+// per step. Ring buffers between the layers keep only the rows that the next layer still needs. They are so small that they
+// stay in the processor's caches. The tensors inside the network's inverted residual blocks therefore never reach memory. These
+// tensors have 6 to 15 times as many channels as the tensors between the blocks.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

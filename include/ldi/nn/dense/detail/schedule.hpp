@@ -96,7 +96,7 @@ inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_
 /// Lists the tensors that a step reads from memory.
 inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
     buffer<std::size_t> read{step.input};
-    std::size_t brought = step.input;  // the chain passes this tensor to the layer, as one of its inputs
+    std::size_t brought = step.input;  // the tensor that the chain passes to the next layer as an input
     for (std::size_t layer : step.layers) {
         bool is_brought = false;
         for (std::size_t t : layers[layer].inputs) {

@@ -99,7 +99,7 @@ private:
     using result_type = typename Job::result_type;
     using row_starts = std::array<const value_type*, max_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values per buffer, roughly; outputs per batch
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate values per buffer; outputs per batch
 
     /// Rounds up to a multiple of the kernels' tile size, at least one tile.
     static std::size_t whole_tiles(std::size_t outputs) {

@@ -1,4 +1,5 @@
-// Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
+// Finds the pixels of a graph whose k x k window is like that of an image: k rows, each of k pixels that are adjacent in
+// memory.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -209,8 +210,7 @@ private:
     std::int32_t radius_;
     graph_view g_;
     pixel_bits regular_;
-    pixel_bits
-        continues_;  // per pixel: whether each pixel of its spine is followed in memory by a pixel of the right neighbor's spine
+    pixel_bits continues_;  // per pixel: whether its spine and the next pixel's spine are adjacent in memory
 };
 
 }}}  // namespace ldi::detail
