@@ -25700,7 +25700,7 @@ inline void check_drawable(const textured_mesh& mesh, std::span<const image<std:
 inline void check_raster_options(const view& from, const raster_options& options) {
     if (options.samples < 1 || options.samples > 8)
         raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
-    constexpr float smallest = std::numeric_limits<float>::min();  // smaller depths have no finite inverse
+    constexpr float smallest = (std::numeric_limits<float>::min)();  // smaller depths have no finite inverse
     if (!(options.z_near >= smallest) || !std::isfinite(options.z_near))
         raise(error_code::invalid_option, "z_near", "a finite depth of at least " + to_text(smallest), to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
