@@ -81,7 +81,7 @@ def measure(program, number):
 
 def compare(program, other, name, number):
     """Prints, for each photo, the times of this program's stages divided by the other's, and the ratio of the peaks of memory."""
-    ratios, rows, stages = [], [], []
+    ratios, pairs, rows, stages = [], [], [], []
     with tempfile.TemporaryDirectory() as folder:
         for photo in photos():
             runs = {program: [], other: []}
@@ -92,13 +92,15 @@ def compare(program, other, name, number):
             here, there = stages_of(runs[program], clock), stages_of(runs[other], clock)
             peaks = [statistics.median(run["peak_memory_bytes"] for run in runs[which]) for which in (program, other)]
             ratios.append(sum(here.values()) / sum(there.values()))
+            for pair in zip(runs[program], runs[other]):
+                pairs.append(sum(stages_of([pair[0]], clock).values()) / sum(stages_of([pair[1]], clock).values()))
             stages = stages or [stage for stage in there if there[stage] >= 1]  # stages of the other program; this program may lack some of them
             cells = [f"{here.get(s, 0) / there[s]:.2f}" if there.get(s, 0) >= 1 else "" for s in stages]
             rows.append([name_of(photo), *cells, f"{ratios[-1]:.3f}", f"{sum(here.values()):.0f}", f"{sum(there.values()):.0f}",
                          f"{peaks[0] / peaks[1]:.2f}"])
             print(".", end="", flush=True)
     print_table(["photo", *stages, "sum", "here, ms", "there, ms", "peak memory"], rows)
-    print(f"\nthis tree takes {statistics.geometric_mean(ratios):.3f} of {name}")
+    print(f"\nthis tree takes {statistics.geometric_mean(ratios):.3f} of {name}; single pairs of runs: {min(pairs):.3f} to {max(pairs):.3f}")
 
 
 def main():

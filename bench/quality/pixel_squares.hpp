@@ -123,8 +123,8 @@ private:
         const auto put = [&](std::int32_t vertex, double x, double y, double d) {
             const double inverse_depth = last + d * (first - last);
             if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
-                ldi::raise(ldi::error_code::invalid_data, "disparity of a layered image", "a value in front of the camera",
-                           std::to_string(d));
+                ldi::raise(ldi::error_code::invalid_data, "disparity of a layered image",
+                           "a disparity with a positive, finite inverse depth", std::to_string(d));
             safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
         };
         ldi::buffer<std::uint8_t> is_placed(sum.size(), 0);

@@ -87,7 +87,8 @@ inline void complete_names(photo_files& names, const arguments& a) {
     // The extensions guarantee that no output replaces a photo of the list.
     const auto check = [](const std::filesystem::path& name, const char* extension) {
         if (!name.empty() && extension_of(name) != extension)
-            raise(error_code::invalid_option, name.string(), std::string("a name that ends in ") + extension, "another name");
+            raise(error_code::invalid_option, name.string(), std::string("a name that ends in ") + extension,
+                  extension_of(name).empty() ? "no extension" : extension_of(name));
     };
     check(names.glb, ".glb"), check(names.html, ".html"), check(names.report, ".json");
 }

@@ -56,8 +56,11 @@ inline std::string escaped(std::string_view text) {
     return result;
 }
 
+/// Name with which messages begin.
+inline const char* program_name = "photo3d";
+
 /// Prints one line to standard error.
-inline void say(const std::string& text) { std::fprintf(stderr, "photo3d: %s\n", escaped(text).c_str()); }
+inline void say(const std::string& text) { std::fprintf(stderr, "%s: %s\n", program_name, escaped(text).c_str()); }
 
 /// An error for the user.
 struct failure {

@@ -40,6 +40,16 @@ struct video_options {
     std::string extension() const { return extension_of(output); }
     bool needs_ffmpeg() const { return extension() == ".mp4" || extension() == ".webp" || extension() == ".gif"; }
     bool is_for_chats() const { return extension() == ".webp" || extension() == ".gif"; }
+    int frame_rate() const { return frames_per_second > 0 ? frames_per_second : is_for_chats() ? 20 : 30; }
+    std::size_t frame_count() const {
+        return static_cast<std::size_t>(std::max(1L, std::lround(seconds * static_cast<float>(frame_rate()))));
+    }
+    /// The file of a frame in a folder.
+    std::filesystem::path frame_file(std::size_t frame) const {
+        char name[32];
+        std::snprintf(name, sizeof name, "frame_%05zu.png", frame + 1);
+        return output / name;
+    }
 };
 
 inline const std::map<std::string, camera_path>& camera_paths() {
@@ -122,6 +132,10 @@ inline void check_video(const video_options& v, output_files& files) {
     if (v.needs_ffmpeg() && !find_program("ffmpeg"))
         raise(error_code::file_access, v.output.string(), "the program ffmpeg in PATH",
               "none (Debian: apt-get install ffmpeg; if --video names a folder, photo3d writes PNG frames without ffmpeg)");
+    const std::filesystem::path next = v.frame_file(v.frame_count());
+    if (!v.needs_ffmpeg() && std::filesystem::exists(next))  // the folder would contain frames of two videos
+        raise(error_code::invalid_option, v.output.string(), "a folder without frames of a longer video",
+              next.filename().string());
     if (camera_paths().count(v.path) == 0) load_key_frames(v.path);
 }
 
@@ -183,9 +197,7 @@ void save_video(const photo3d& result, photo_texture& texture, const video_optio
         files.write(v.depth_map, encode_png(disparity_map(seen.depth, result.facts.range)));
     }
     if (v.output.empty()) return;
-    const int frames_per_second = v.frames_per_second > 0 ? v.frames_per_second : v.is_for_chats() ? 20 : 30;
-    const std::size_t frames =
-        static_cast<std::size_t>(std::max(1L, std::lround(v.seconds * static_cast<float>(frames_per_second))));
+    const std::size_t frames = v.frame_count();
     const std::vector<view> views = frame_views(result, texture.camera(), v, frames);
     raster_options raster;
     raster.samples = 2;
@@ -196,20 +208,12 @@ void save_video(const photo3d& result, photo_texture& texture, const video_optio
         return v.stereo == "anaglyph" ? anaglyph(draw(2 * i), draw(2 * i + 1)) : side_by_side(draw(2 * i), draw(2 * i + 1));
     };
     if (!v.needs_ffmpeg()) {
-        const auto path_of = [&](std::size_t i) {
-            char name[32];
-            std::snprintf(name, sizeof name, "frame_%05zu.png", i + 1);
-            return v.output / name;
-        };
-        if (std::filesystem::exists(path_of(frames)))  // the folder would contain frames of two videos
-            raise(error_code::invalid_option, v.output.string(), "a folder without frames of a longer video",
-                  path_of(frames).filename().string());
         files.create_folder(v.output);
-        for (std::size_t i = 0; i < frames; ++i) files.write(path_of(i), encode_png(frame(i)));
+        for (std::size_t i = 0; i < frames; ++i) files.write(v.frame_file(i), encode_png(frame(i)));
         return;
     }
     const image<std::uint8_t> first = frame(0);
-    pipe_to_program ffmpeg(ffmpeg_command(v, first.width(), first.height(), frames_per_second, files.reserve(v.output)));
+    pipe_to_program ffmpeg(ffmpeg_command(v, first.width(), first.height(), v.frame_rate(), files.reserve(v.output)));
     ffmpeg.write(first);
     for (std::size_t i = 1; i < frames; ++i) ffmpeg.write(frame(i));
     ffmpeg.finish();

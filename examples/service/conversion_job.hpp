@@ -98,6 +98,7 @@ private:
                 return *earlier;
             }
             document = convert_or_fail(document, outputs.glb);
+            if (document.contains("error")) return document;  // writes no document, so that a later request tries again
             const std::string text = to_line(document);
             outputs_.put(outputs.document, std::as_bytes(std::span(text)));
         } catch (...) {
@@ -106,7 +107,7 @@ private:
             const bool may_pass = what.code == exit_try_again;
             log_event("warning", may_pass && !is_last ? "try again" : "given up", document);
             if (may_pass && !is_last) return nullptr;
-            metrics_.count_failure(what.kind);  // writes no document, because a later request may succeed
+            metrics_.count_failure(what.kind);
         }
         return document;
     }

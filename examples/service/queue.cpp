@@ -70,6 +70,7 @@ public:
     }
 
     std::size_t count() const { return count_; }
+    bool has_sent_some() const { return count_ > waiting_.size(); }
 
 private:
     void send_waiting() {
@@ -94,6 +95,15 @@ void submit(const queue_options& options) {
     const auto begun = std::chrono::steady_clock::now();
     submitter to(options);
     std::size_t photos = 0;
+    struct advisor {
+        const submitter& to;
+        const std::string& job;
+        bool is_done = false;
+        ~advisor() {
+            if (!is_done && to.has_sent_some())
+                say("some photos were already sent; to send all of them without converting any twice, use --job " + job);
+        }
+    } advice{to, options.job};
     photo_message next{options.job, {}};
     for (line_reader lines(std::cin); lines.next();) {
         if (lines.is_blank()) continue;
@@ -105,6 +115,7 @@ void submit(const queue_options& options) {
     }
     if (!next.photos.empty()) to.send(next);
     to.finish();
+    advice.is_done = true;
     write_line({{"job", options.job}, {"photos", photos}, {"messages", to.count()}, {"seconds", seconds_since(begun)}});
 }
 
@@ -206,6 +217,7 @@ private:
 
 int main(int count, char** values) {
     using namespace ldi::examples;
+    program_name = "photo3d_queue";
     spare_memory::reserve();
     CLI::App app("Sends photos to workers, and collects the results.");
     queue_options options;

@@ -282,6 +282,7 @@ bool read_conversion_options(const std::vector<std::string>& options, const std:
 
 int main(int count, char** values) {
     using namespace ldi::examples;
+    program_name = "photo3d_worker";
     spare_memory::reserve();
     CLI::App app;
     worker_options options;

@@ -3,6 +3,10 @@
 #   start.sh RECIPE FOLDER [options of RECIPE/train.py]      RECIPE: farbrausch, silhouettes or tiefenrausch_small; FOLDER: for all outputs
 set -e
 here=$(cd "$(dirname "$0")" && pwd)
+if [ $# -lt 2 ] || [ ! -e "$here/$1/train.py" ]; then
+    printf 'expected a RECIPE (farbrausch, silhouettes or tiefenrausch_small) and a FOLDER, found: %s\n' "${*:-nothing}" >&2
+    exit 1
+fi
 recipe=$1 folder=$2
 shift 2
 mkdir -p "$folder"

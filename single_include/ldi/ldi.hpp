@@ -2279,14 +2279,19 @@ public:
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
     /// old pixel; the columns' rules compute its values from the values of the old pixel. Returns grown_pixels::pieces. During
     /// the call the image is empty, but views of its columns stay valid. Raises mismatch if grown_pixels does not describe every
-    /// pixel, or if the lattice shrinks. After this error, if `make` or a column's rule throws, or if memory runs out, the image
-    /// remains empty.
+    /// pixel, if the lattice shrinks, or if `make` assigned pixels to the image itself. After this error, if `make` or a column's
+    /// rule throws, or if memory runs out, the image remains empty (or, if `make` throws after such an assignment, keeps the
+    /// assigned pixels).
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
         const std::size_t old_count = old.size();
         const std::int32_t width = old.graph_.width(), height = old.graph_.height();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
+        if (size() > 0) {
+            *this = layered_image();
+            raise(error_code::mismatch, "grow", "no assignment to the image during the call", "an assignment");
+        }
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels",
                   std::to_string(old_count) + " old and " + std::to_string(grown.origins.size()) + " new pixels, " +
@@ -3764,6 +3769,22 @@ public:
         stride_ = width + 1;
         present_.assign(static_cast<std::size_t>(corners), 0);
     }
+    corner_map(const corner_map&) = default;
+    corner_map& operator=(const corner_map& other) { return *this = corner_map(other); }
+    /// The moved-from map has no corners.
+    corner_map(corner_map&& other) noexcept
+        : stride_(std::exchange(other.stride_, 0)),
+          width_(std::exchange(other.width_, -1)),
+          height_(std::exchange(other.height_, -1)),
+          present_(std::move(other.present_)),
+          used_(std::move(other.used_)),
+          side_count_(std::exchange(other.side_count_, 0)) {}
+    corner_map& operator=(corner_map&& other) noexcept {
+        stride_ = std::exchange(other.stride_, 0), width_ = std::exchange(other.width_, -1);
+        height_ = std::exchange(other.height_, -1), side_count_ = std::exchange(other.side_count_, 0);
+        present_ = std::move(other.present_), used_ = std::move(other.used_);
+        return *this;
+    }
 
     /// Adds the pixel side from a corner to the adjacent corner in direction `toward`. Both corners must be on the lattice, and
     /// the side must not be present.
@@ -3777,7 +3798,7 @@ public:
         ++side_count_;
     }
 
-    /// Size of the lattice in pixels.
+    /// Size of the lattice in pixels; -1 for a moved-from map.
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
     /// The corners that have sides, or had sides before remove(), in the order in which add() reached them. Lists a corner
@@ -11372,6 +11393,12 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
     return result;
 }
 
+/// Raises invalid_option unless the slope of an activation is in [0, 1].
+inline void check_activation(activation after) {
+    if (!(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F))
+        raise(error_code::invalid_option, "convolution", "an activation with a slope from 0 to 1", to_text(after.negative_slope));
+}
+
 }  // namespace detail
 
 /// Packs PyTorch weights for conv_f32().
@@ -11380,12 +11407,13 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the total
 ///          number of channels of all sources, concatenated in order
 /// bias     outputs, 1 or more
-/// after    applied to the sums
+/// after    applied to the sums; its slope must be in [0, 1]
 ///
-/// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of weights is
-/// a positive multiple of outputs * kernel_size * kernel_size.
+/// Raises invalid_option unless the slope is in [0, 1] and the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch
+/// unless the number of weights is a positive multiple of outputs * kernel_size * kernel_size.
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
+    detail::check_activation(after);
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), kernel_size), bias,
                          static_cast<std::size_t>(kernel_size), after);
 }
@@ -11412,6 +11440,7 @@ struct quantized_source {
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
                                              std::span<const quantized_source> sources, quantization result) {
+    detail::check_activation(after);
     const std::size_t k = static_cast<std::size_t>(kernel_size), outputs = bias.size();
     buffer<float> scaled = detail::channels_last(weights, outputs, kernel_size);
     buffer<float> input_scales;
@@ -11442,7 +11471,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         scales[o] = (is_zero ? 1.0F : step) / result.scale, result_bias[o] = bias[o] / result.scale;
         if (!std::isfinite(scales[o]) || !std::isfinite(result_bias[o]))
             raise(error_code::unsupported, "convolution, output " + std::to_string(o),
-                  "a finite scale and bias in units of bytes",
+                  "a finite scale and bias after division by the result's scale",
                   "a scale of " + detail::to_text(scales[o]) + " and a bias of " + detail::to_text(result_bias[o]));
         for (std::size_t i = 0; i < inputs; ++i)
             rounded[o * inputs + i] = is_zero ? std::int8_t{0} : static_cast<std::int8_t>(detail::nearest_whole(row[i] / step));
@@ -11501,7 +11530,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Options of convolution_layer.
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
-    activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
+    activation after = no_activation;  ///< no_activation, relu, leaky_relu(slope) with a slope in [0, 1]
     bool is_partial = false;           ///< excludes missing pixels from the rescaled sum; if false, counts them as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; changes results only by rounding errors
 };
@@ -11514,8 +11543,9 @@ public:
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
     /// bias     outputs, 1 or more
     ///
-    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size and the target is available. Raises mismatch
-    /// unless the number of weights is a positive multiple of outputs * kernel_size * kernel_size.
+    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size, the slope of the activation is in [0, 1],
+    /// and the target is available. Raises mismatch unless the number of weights is a positive multiple of outputs * kernel_size
+    /// * kernel_size.
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
@@ -11882,11 +11912,12 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
-/// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation.
+/// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation. NaN remains NaN.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
-        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // avoids 0 * -infinity
+        if (v > 0.0F || std::isnan(v)) return v;
+        return by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // avoids 0 * -infinity
     });
 }
 
@@ -12557,7 +12588,8 @@ inline void check_tensor_scale(const std::string& name, float scale) {
 
 inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
     if (input >= tensors.size())
-        raise(error_code::invalid_data, name, "the result of an earlier operator as input", "tensor " + std::to_string(input));
+        raise(error_code::invalid_data, name, "the network's input or the result of an earlier operator",
+              "tensor " + std::to_string(input));
     return tensors[input];
 }
 
@@ -12647,7 +12679,8 @@ inline void check_network(const network_description& network) {
         tensors.push_back({op.output, channels});
     }
     if (network.output >= tensors.size())
-        raise(error_code::invalid_data, input, "the result of an operator as output", "tensor " + std::to_string(network.output));
+        raise(error_code::invalid_data, place_in(network.where, "output"), "a tensor below " + std::to_string(tensors.size()),
+              "tensor " + std::to_string(network.output));
 }
 
 }}}  // namespace ldi::detail
@@ -16434,8 +16467,8 @@ public:
     /// depth/step_band.hpp) lie on one of the two surfaces, not between them. If depth samples are no larger than pixels,
     /// aligned_silhouettes decides instead, because such depth locates silhouettes better than the network does. Time and
     /// memory are linear in the number of pixels, regardless of their disparities. Raises mismatch if the images do not have
-    /// the shapes that undecided_depth documents, invalid_option for a sample_size outside [1, 16], and the errors of
-    /// find_step_band().
+    /// the shapes that undecided_depth documents, invalid_data if the estimate is not finite, invalid_option for a sample_size
+    /// outside [1, 16], and the errors of find_step_band().
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
@@ -16444,6 +16477,7 @@ public:
         if (depth.estimated.empty() || depth.estimated.channels() != 1)
             raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with at least one pixel",
                   detail::shape_text(depth.estimated));
+        detail::check_finite(depth.estimated, "network_decider");
         const step_band band = find_step_band(depth.disparity, {.min_step = min_step});
         decided_depth result;
         result.shares = image<std::uint8_t>(depth.disparity.height(), depth.disparity.width(), 1, std::uint8_t{0});
@@ -17866,7 +17900,8 @@ private:
         return ends || other != no_pixel;
     }
 
-    // Whether a hidden surface at this position has this disparity, within the threshold.
+    // Whether a hidden surface at this position has this disparity, within the threshold, and the surface behind `curve` may
+    // join it.
     bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
@@ -18128,7 +18163,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     const std::size_t rows = disparity.height(), columns = disparity.width();
     if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
-        raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
+        raise(error_code::mismatch, "lift",
+              "a photo H x W x 3 and a disparity map H x W x 1 of the same size, at least one pixel",
               shape_text(color) + " and " + shape_text(disparity));
     const pinhole_camera& camera = facts.camera;
     if ((camera.width != 0 || camera.height != 0) &&
@@ -20737,9 +20773,9 @@ struct chart_options {
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
 /// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if `layers` is
-/// a view whose graph violates an invariant, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and positions.
-/// If the boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times with the
-/// default max_side. Memory is up to 25 bytes per pixel, 6 per position of the lattice, and 120 per chart.
+/// a view whose graph violates an invariant, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and
+/// positions. If the boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times
+/// with the default max_side. Memory is up to 25 bytes per pixel, 6 per position of the lattice, and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16 || options.max_side > max_chart_box)
@@ -20802,7 +20838,7 @@ public:
     /// size  1 or more in each direction
     bool insert(rectangle_size size, rectangle_corner& corner) {
         LDI_ASSERT(size.width >= 1 && size.height >= 1);
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // a search for the same size resumes here
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // only the same size resumes at before_
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
@@ -23535,7 +23571,7 @@ public:
     /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is
     /// degenerate. If the polygon crosses itself, or touches itself in a way that `polygon` does not allow, returns the
     /// conflict; `result` is then invalid. Raises mismatch for an index that `shape` does not have, and too_large for more than
-    /// 2^28 vertices.
+    /// 2^28 vertices or for coordinates beyond +-2^16.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -23598,6 +23634,12 @@ inline void triangulator::check(const polygon& shape) {
     const std::size_t count = shape.points.size();
     if (count > static_cast<std::size_t>(detail::max_polygon_vertices))
         raise(error_code::too_large, "triangulator", "at most 2^28 vertices", std::to_string(count));
+    const auto is_inside = [](const lattice_point& p) {
+        constexpr std::int32_t limit = 1 << 16;
+        return p.x >= -limit && p.x <= limit && p.y >= -limit && p.y <= limit;
+    };
+    if (!std::all_of(shape.points.begin(), shape.points.end(), is_inside))
+        raise(error_code::too_large, "triangulator", "coordinates of at most 2^16 in size", "larger coordinates");
     const auto is_index = [&](std::int32_t next) { return next >= -1 && next < static_cast<std::int32_t>(count); };
     if (shape.next.size() != count || shape.outline_count < 0 || static_cast<std::size_t>(shape.outline_count) > count ||
         !std::all_of(shape.next.begin(), shape.next.end(), is_index))
@@ -25217,8 +25259,8 @@ view look_at(const pinhole_camera& camera, const std::array<float, 3>& position,
 view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
                          float window = window_disparity);
 
-/// Returns the view at `time` on a path, which starts at time 0 and ends at time 1. Raises invalid_option for options out of
-/// range.
+/// Returns the view at `time`, 0 to 1, on a path, which starts at time 0 and ends at time 1. Raises invalid_option for options
+/// out of range.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
@@ -26067,8 +26109,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative:
 /// to the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window`, in
-/// the same units, keep their position in the picture.
+/// the same units and above 0, keep their position in the picture.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
+    LDI_ASSERT(window > 0);
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
     from.lens_shift[0] += from.camera.focal_length * distance / window;
@@ -27096,6 +27139,9 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     float_map_header header;
     header.format = picture_format::pfm;
     header.width = *width, header.height = *height, header.begin = at + 1;
+    // Lines may end in CR and LF. After CR alone, the first byte of the data can have the value of LF.
+    const double data_bytes = 4.0 * nearest_double(*width) * nearest_double(*height);
+    if (has_text(bytes, at, "\r\n") && nearest_double(bytes.size() - at - 2) >= data_bytes) ++header.begin;
     header.is_swapped = (scale.front() == '-') != (std::endian::native == std::endian::little);
     return header;
 }

@@ -303,6 +303,18 @@ TEST_CASE("the image is empty while edit_links() or grow() runs its callback, so
     CHECK(is_sound(layers));
 }
 
+TEST_CASE("grow() refuses an assignment to the image and leaves it empty") {
+    layered_image<disparity_column> layers(make_grid(4, 4));
+    const layered_image<disparity_column> other(make_grid(2, 2));
+    CHECK(testing::raised([&] {
+              layers.grow([&](graph_builder b) {
+                  layers = other;
+                  return grown_pixels{std::move(b).build(), {{0, 16, false}}, {}};
+              });
+          }) == error_code::mismatch);
+    CHECK(layers.size() == 0);
+}
+
 TEST_CASE("edit_links() refuses an assignment to the image, and grow() refuses a smaller lattice") {
     layered_image<disparity_column> layers(make_grid(4, 4));
     const layered_image<disparity_column> other(make_grid(2, 2));

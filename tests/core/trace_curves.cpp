@@ -128,6 +128,16 @@ TEST_CASE("if pixels of two surfaces meet diagonally, curves keep the pixels of 
     CHECK(lengths_in({"15151", "51515", "15151"}).size() == 8);  // one curve around each background pixel
 }
 
+TEST_CASE("a moved-from corner map has no sides, and can be assigned to") {
+    corner_map map(3, 2);
+    map.add(map.corner(1, 1), side::right);
+    corner_map moved = std::move(map);
+    CHECK((moved.side_count() == 1 && moved.width() == 3 && moved.has(moved.corner(1, 1), side::right)));
+    CHECK((map.side_count() == 0 && map.used().empty()));
+    map = moved;
+    CHECK((map.side_count() == 1 && map.height() == 2));
+}
+
 TEST_CASE("prune_spurs() removes branches with a free end that are shorter than the minimum") {
     for (std::int32_t branch = 1; branch < 10; ++branch)
         for (std::size_t minimum = 0; minimum < 12; ++minimum) {

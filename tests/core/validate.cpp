@@ -142,7 +142,7 @@ TEST_CASE("validate_canonical() reports the first pixel that is out of canonical
 TEST_CASE("every invariant has a unique name") {
     std::vector<std::string_view> names;
     for (const invariant i : {invariant::inside_lattice, invariant::neighbor_in_range, invariant::mutual_links,
-                              invariant::one_step_away, invariant::canonical_order})
+                              invariant::one_step_away, invariant::canonical_order, invariant::disparity_in_range})
         names.push_back(to_string(i));
     std::sort(names.begin(), names.end());
     CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());

@@ -95,7 +95,8 @@ def page_before(page):
 
 
 def ordered_pages():
-    """Orders pages so that each machine starts with its first page; small machines come first."""
+    """Returns the pages that have blocks, grouped by machine, each after the page that it follows. The machine whose first page has the fewest
+    blocks to run comes first."""
     having = [page for page in pages() if any(True for _ in blocks_of(page))]
     first = lambda page: first(page_before(page)) if page_before(page) else page
     depth = lambda page: depth(page_before(page)) + 1 if page_before(page) else 0

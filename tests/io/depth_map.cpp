@@ -40,9 +40,10 @@ void append_scalar(byte_string& to, Scalar value, bool little_endian) {
     to.insert(to.end(), bytes, bytes + sizeof(Scalar));
 }
 
-byte_string pfm_file(const image<float>& map, bool little_endian, const std::string& magic = "Pf") {
-    byte_string file = bytes_of(magic + "\n" + std::to_string(map.width()) + " " + std::to_string(map.height()) + "\n" +
-                                (little_endian ? "-1.0" : "1.0") + "\n");
+byte_string pfm_file(const image<float>& map, bool little_endian, const std::string& magic = "Pf",
+                     const std::string& line_end = "\n") {
+    byte_string file = bytes_of(magic + line_end + std::to_string(map.width()) + " " + std::to_string(map.height()) + line_end +
+                                (little_endian ? "-1.0" : "1.0") + line_end);
     for (std::size_t y = map.height(); y-- > 0;)
         for (std::size_t x = 0; x < map.width(); ++x) append_scalar(file, map(y, x, 0), little_endian);
     return file;
@@ -86,12 +87,13 @@ byte_string npy_file(const image<float>& map, const npy_layout& layout = {}) {
 
 }  // namespace
 
-TEST_CASE("PFM files in both byte orders are read exactly, with the top row first") {
+TEST_CASE("PFM files with both byte orders and all line ends are read exactly, with the top row first") {
     std::mt19937 random(1);
     for (int i = 0; i < 50; ++i) {
         const image<float> map = random_map(1 + random() % 9, 1 + random() % 9, random);
-        CHECK(same(decode_depth_map(pfm_file(map, true)), map));
-        CHECK(same(decode_depth_map(pfm_file(map, false)), map));
+        for (const char* line_end : {"\n", "\r\n", "\r"})
+            for (const bool little_endian : {true, false})
+                CHECK(same(decode_depth_map(pfm_file(map, little_endian, "Pf", line_end)), map));
     }
 }
 

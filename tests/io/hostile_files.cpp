@@ -6,6 +6,7 @@
 #include <ldi/io/detail/heif_items.hpp>
 #include <ldi/io/picture.hpp>
 #include <tests/io/encoded_files.hpp>
+#include <tests/io/gif_bmp_files.hpp>
 #include <tests/io/item_files.hpp>
 #include <tests/io/phone_files.hpp>
 #include <tests/support/peak_memory.hpp>
@@ -387,6 +388,78 @@ TEST_CASE("a GIF file whose codes expand to fewer or more pixels than its pictur
     CHECK_THAT(message_of([&] { decode_photo(gif(100)); }), Catch::Contains("more data than its picture has"));
     CHECK_THAT(message_of([&] { decode_photo(gif(100'000)); }), Catch::Contains("more data than its picture has"));
 }
+
+#if defined(LDI_WITH_LIBWEBP)
+
+/// A lossless WebP file of 1024 x 1024 black pixels, with `groups` groups of prefix codes, 1 to 65,536. Four by four pixels share
+/// a group. Each group needs 20 bits of the file; its pixels need none.
+byte_string webp_with_groups(std::uint32_t groups, std::uint32_t cache_bits = 0) {
+    byte_string stream;
+    unsigned used = 0;
+    const auto put = [&](std::uint32_t value, unsigned count) {
+        for (unsigned i = 0; i < count; ++i, ++used) {
+            if (used % 8 == 0) stream.push_back(std::byte{0});
+            stream.back() |= static_cast<std::byte>(((value >> i) & 1U) << (used % 8));
+        }
+    };
+    const auto put_code = [&](std::uint32_t code) {  // 8 bits, the most significant one first
+        for (unsigned i = 8; i-- > 0;) put(code >> i, 1);
+    };
+    const auto one_symbol = [&] { put(1, 4); };  // a code with the single symbol 0
+    put(0x2F, 8), put(1023, 14), put(1023, 14), put(0, 4);
+    put(0, 1);  // no transform
+    put(cache_bits > 0 ? 1 : 0, 1), put(cache_bits, cache_bits > 0 ? 4 : 0);
+    put(1, 1), put(0, 3);                        // groups for blocks of 4 x 4 pixels
+    put(0, 1);                                   // their picture has no cache
+    for (const bool is_green : {true, false}) {  // 256 symbols of 8 bits: only the length 8 occurs
+        put(0, 1), put(8, 4);
+        for (int i = 0; i < 12; ++i) put(i == 11 ? 1 : 0, 3);  // the twelfth length in the file's order is 8
+        put(is_green ? 1 : 0, 1);
+        if (is_green) put(3, 3), put(254, 8);  // only 256 of the 280 symbols have a length
+    }
+    for (int i = 0; i < 3; ++i) one_symbol();
+    for (std::uint32_t block = 0; block < 65'536; ++block) put_code(block % groups % 256), put_code(block % groups / 256);
+    for (std::uint32_t group = 0; group < groups; ++group)
+        for (int i = 0; i < 5; ++i) one_symbol();
+    byte_string file = bytes_of("RIFF");
+    append(file, little_endian(static_cast<std::uint32_t>(12 + stream.size() + stream.size() % 2), 4));
+    append(file, bytes_of("WEBPVP8L")), append(file, little_endian(static_cast<std::uint32_t>(stream.size()), 4));
+    append(file, stream);
+    if (stream.size() % 2 != 0) file.push_back(std::byte{0});
+    return file;
+}
+
+TEST_CASE("the memory estimate of a lossless WebP file includes libwebp's tables, which 295 kB can make as large as 800 MB") {
+    const photo black = decode_photo(webp_with_groups(300));
+    CHECK(black.color.height() == 1024);
+    CHECK(std::all_of(black.color.begin(), black.color.end(), [](std::uint8_t v) { return v == 0; }));
+    const auto tables = [](std::uint32_t groups, std::uint32_t cache_bits) {
+        const byte_string file = webp_with_groups(groups, cache_bits), few = webp_with_groups(1, cache_bits);
+        const double all = static_cast<double>(estimate_photo(file).memory),
+                     least = static_cast<double>(estimate_photo(few).memory);
+        return (all - least) / (groups - 1);
+    };
+    for (const std::uint32_t groups : {2U, 257U, 10'000U}) {
+        CHECK(tables(groups, 0) > 12'000);
+        CHECK(tables(groups, 11) > 20'000);
+    }
+    CHECK(raised([] { decode_photo(webp_with_groups(65'536)); }) == error_code::too_large);
+    if (!measures_resident_memory) return;
+    const byte_string file = webp_with_groups(20'000);
+    const std::optional<double> used = peak_memory([&] { decode_photo(file); });
+    REQUIRE(used);
+    CHECK(*used <= static_cast<double>(estimate_photo(file).memory));
+    CHECK(*used > 50 * megabyte);
+}
+
+TEST_CASE("a WebP file with several lossless pictures is refused") {
+    byte_string file = webp_with_groups(1);
+    const byte_string chunk(file.begin() + 12, file.end());
+    append(file, chunk);
+    CHECK(raised([&] { decode_photo(file); }) == error_code::invalid_data);
+}
+
+#endif
 
 TEST_CASE("the memory estimate bounds the measured peak of decoding, and is at most about twice as large") {
     constexpr std::size_t height = 1400, width = 2000;

@@ -234,7 +234,7 @@ TEST_CASE("a progressive JPEG file with more scans than the limit on scanned sam
     const auto decode = [&](const byte_string& bytes, std::uint64_t samples) {
         return raised([&] { decode_photo(bytes, {.limits = {.max_scanned_samples = samples}}); });
     };
-    constexpr std::uint64_t pixels = 24 * 16;
+    constexpr std::uint64_t pixels = 32 * 32;  // of the 24 x 16 pixels, rounded up to whole blocks
     CHECK_FALSE(decode(file, 30 * pixels));
     CHECK(decode(repeated, 30 * pixels) == error_code::too_large);
     CHECK(decode(repeated, 2000 * pixels) == error_code::too_large);

@@ -119,8 +119,8 @@ TEST_CASE("input sizes in the metadata must be numbers, and multiples of 32 that
     CHECK(read(with_size("448")).details == 448);
     for (const char* size : {"", "4 8", "-32", "12345"})
         CHECK_THAT(message_of([&] { read(with_size(size)); }), Contains("details_long_side") && Contains("one to four digits"));
-    for (const char* size : {"0", "33", "9984"})
-        CHECK_THAT(message_of([&] { read(with_size(size)); }), Contains("multiples of 32"));
+    CHECK_THAT(message_of([&] { read(with_size("0")); }), Contains("above 0"));
+    for (const char* size : {"33", "9984"}) CHECK_THAT(message_of([&] { read(with_size(size)); }), Contains("multiples of 32"));
 }
 
 TEST_CASE("a truncated depth network is refused, and the error names the file") {
@@ -219,7 +219,8 @@ TEST_CASE("a file that does not match the inpainting architecture is refused, an
     CHECK_THAT(inpainting_complaint("[7, 5, 5", "[7, 3, 5"), Contains("tensor encoder.1.weight"));
     CHECK_THAT(inpainting_complaint("encoder.1.bias", "encoder.1.bia5"),
                Contains("tensor encoder.1.bias") && Contains("no such tensor"));
-    CHECK_THAT(inpainting_complaint("\"architecture\"", "\"architec-ure\""), Contains("architecture") && Contains("none"));
+    CHECK_THAT(inpainting_complaint("\"architecture\"", "\"architec-ure\""),
+               Contains("architecture") && Contains("no such entry"));
     CHECK_THAT(inpainting_complaint("\"F16\"", "\"I16\""), Contains("tensor encoder.0.weight") && Contains("I16"));
     CHECK_THAT(inpainting_complaint("\"name\":\"farbrausch\"", "\"name\":\"farb-ausch\""), Contains("found farb-ausch"));
     CHECK_THAT(message_of([] { load_farbrausch("no/such/file"); }), Contains("no/such/file"));

@@ -138,7 +138,9 @@ TEST_CASE("a mesh on sheets has the same coverage and depth as on its atlas, wit
     }
 }
 
-TEST_CASE("seen from the photo's viewpoint at full size, a 3D photo on sheets is closer to the photo than one on its atlas") {
+TEST_CASE(
+    "rendered at full size from the photo's viewpoint, a mesh textured from sheets matches the photo better than with its "
+    "atlas") {
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 1024);
         view from;

@@ -154,7 +154,7 @@ TEST_CASE("the largest coordinates do not overflow") {
     require_triangulation(p, t);
 }
 
-TEST_CASE("polygons with out-of-range vertex indices are refused") {
+TEST_CASE("polygons with out-of-range vertex indices or coordinates are refused") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
     const auto result_of = [&](auto change) {
@@ -168,4 +168,6 @@ TEST_CASE("polygons with out-of-range vertex indices are refused") {
     CHECK(result_of([](auto& p) { p.next.pop_back(); }) == ldi::error_code::mismatch);
     for (const std::int32_t wrong : {-1, 5})
         CHECK(result_of([&](auto& p) { p.outline_count = wrong; }) == ldi::error_code::mismatch);
+    for (const std::int32_t wrong : {(1 << 16) + 1, (std::numeric_limits<std::int32_t>::min)()})
+        CHECK(result_of([&](auto& p) { p.points[2].x = p.points[3].y = wrong; }) == ldi::error_code::too_large);
 }

@@ -150,6 +150,9 @@ def names():
             os.remove(f / name)
         result = expect("no viewer", f, ["me.png", "--viewer", "none.html"], DONE, ["examples/viewer/build.sh"], made=["me.glb"], quiet=False)
         check("without a terminal, no carriage return is printed", b"\r" not in result.stderr + result.stdout)
+        os.mkdir(f / "fr")
+        f.write("fr/frame_00002.png")
+        f.given.add("fr")
         for name, arguments, words in (
             ("an empty name", ["me.png", "-o", ""], ["--output"]),
             ("an empty depth model", ["me.png", "--depth-model", ""], ["--depth-model: expected a name"]),
@@ -158,6 +161,7 @@ def names():
             ("text glTF", ["me.png", "-o", "a.gltf"], ["a.gltf", ".glb"]),
             ("a field of view out of range", ["me.png", "--fov", "4.5"], ["--fov", "5 to 150"]),
             ("a field of view that is not a number", ["me.png", "--fov", "nan"], ["--fov"]),
+            ("a folder with frames of a longer video", ["me.png", "--video", "fr", "--seconds", "0.25", "--fps", "4"], ["fr: expected a folder without frames of a longer video, found frame_00002.png"]),
             ("an unsupported kind of video", ["me.png", "--video", "a.mov"], ["a.mov", ".mp4"]),
             ("two outputs to standard output", ["me.png", "-o", "-", "--html", "-", "--viewer", "viewer.html"], ["standard output"]),
             ("no photo", [], ["PHOTO: expected at least one, found none", "usage: photo3d"]),

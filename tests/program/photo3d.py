@@ -129,26 +129,26 @@ def check_full_size(folder):
     binary = glb[28 + struct.unpack("<I", glb[12:16])[0] :]
     views = [content["bufferViews"][image["bufferView"]] for image in content["images"]]
     sizes = [jpeg_size(binary[v["byteOffset"] :]) for v in views]
-    check(f"its GLB file has several textures of at most 4096 texels per side: {sizes}", is_whole_glb(glb) and len(sizes) >= 2 and max(max(s) for s in sizes) <= 4096)
-    check("its textures have at least as many texels as the photo has pixels", sum(w * h for w, h in sizes) > 4400 * 800)
+    check(f"full size: the GLB has several textures of at most 4096 texels per side: {sizes}", is_whole_glb(glb) and len(sizes) >= 2 and max(max(s) for s in sizes) <= 4096)
+    check("full size: the textures have at least as many texels as the photo has pixels", sum(w * h for w, h in sizes) > 4400 * 800)
     report = json.load(open(path("wide.json")))
-    check(f"its report: {report}", (report["width"], report["texture_width"], report["texture_height"]) == (220, 4400, 800) and report["textures"] >= len(sizes))
+    check(f"full size: the report states the sizes of photo, layers and textures: {report}", (report["width"], report["texture_width"], report["texture_height"]) == (220, 4400, 800) and report["textures"] >= len(sizes))
     pair = pixels(open(path("wide.png"), "rb").read())
-    check(f"its stereo picture has the photo's size per eye: {len(pair[0]) / 3} x {len(pair)}", len(pair) == 800 and len(pair[0]) == 3 * 8800)
+    check(f"full size: the stereo picture has the photo's size per eye: {len(pair[0]) / 3} x {len(pair)}", len(pair) == 800 and len(pair[0]) == 3 * 8800)
     is_line = lambda row, x, color: row[3 * x + color] > 150 and row[3 * x + 1 - color] < 90
-    check("its stereo picture shows the thin lines of the photo", all(any(is_line(pair[400], x, color) for x in range(4400)) for color in (0, 1)))
+    check("full size: the stereo picture shows the thin lines of the photo", all(any(is_line(pair[400], x, color) for x in range(4400)) for color in (0, 1)))
     frame = open(os.path.join(path("frames"), "frame_00001.png"), "rb").read()
-    check("frames of a video have the requested size", struct.unpack(">II", frame[16:24]) == (2200, 400))
+    check("full size: frames of a video have the requested size", struct.unpack(">II", frame[16:24]) == (2200, 400))
     with zipfile.ZipFile(path("wide.usdz")) as usdz:
         scene, textures = usdz.read("photo.usda").decode(), [n for n in usdz.namelist() if n.endswith(".jpg")]
-        check(f"its USDZ file has a mesh for each texture: {textures}", usdz.testzip() is None and len(textures) >= 2 and scene.count("def Mesh") == len(textures) and all(f"@{t}@" in scene for t in textures))
+        check(f"full size: the USDZ file has a mesh for each texture: {textures}", usdz.testzip() is None and len(textures) >= 2 and scene.count("def Mesh") == len(textures) and all(f"@{t}@" in scene for t in textures))
     shutil.copy(os.path.join(folder, "wide_depth.png"), os.path.join(path("frames"), "wide.png"))
     batch = subprocess.run([PROGRAM, "--batch", photo, "-o", out, "--depth", path("frames"), *large], capture_output=True, text=True, env=WITHOUT_MODELS)
-    check(f"a batch writes the same GLB file: {batch.stdout}", batch.returncode == 0 and open(path("wide.glb"), "rb").read() == glb)
+    check(f"full size: a batch writes the same GLB file: {batch.stdout}", batch.returncode == 0 and open(path("wide.glb"), "rb").read() == glb)
     if subprocess.run([PROGRAM, photo, *depth, *large, "--compress", "-o", path("compressed.glb")], capture_output=True, env=WITHOUT_MODELS).returncode == 0:
         compressed = open(path("compressed.glb"), "rb").read()
         packed = json.loads(compressed[20 : 20 + struct.unpack("<I", compressed[12:16])[0]])
-        check("its compressed GLB file has as many textures, in WebP", is_whole_glb(compressed) and [i["mimeType"] for i in packed["images"]] == ["image/webp"] * len(sizes))
+        check("full size: the compressed GLB has as many textures as the uncompressed one, all WebP", is_whole_glb(compressed) and [i["mimeType"] for i in packed["images"]] == ["image/webp"] * len(sizes))
     else:
         print("skipped a compressed file of several textures: the program was built without meshoptimizer or libwebp")
     run("a size that is neither a number nor full is refused", [photo, *depth, "--size", "whole"], ["--size", "full or a whole number"])

@@ -473,6 +473,31 @@ def test_weights(network):
             network(weights)
 
 
+@pytest.mark.parametrize("wrong", ["no", 0, 1, None])
+def test_flags_must_be_true_or_false(wrong):
+    for call in (lambda: ldi.photo3d(PHOTO, DEPTH, depth_is_inverse=wrong), lambda: ldi.clean_depth(PHOTO, DEPTH, depth_is_inverse=wrong)):
+        with pytest.raises(TypeError) as raised:
+            call()
+        check_message(raised, "depth_is_inverse: expected True or False, found ")
+    with pytest.raises(TypeError):
+        MADE.glb(compress=wrong)
+
+
+@pytest.mark.parametrize("options", [{"depth_kind": "meters"}, {"depth_is_inverse": True}])
+def test_the_result_of_a_network_has_no_other_meaning(options):
+    with pytest.raises(ldi.InputError) as raised:
+        ldi.clean_depth(PHOTO, **options)
+    check_message(raised, next(iter(options)) + ": expected no other meaning for the result of a network")
+
+
+def test_a_changed_file_of_a_network_is_read_again(files):
+    (files / "changed").write_bytes((files / "depth_network").read_bytes())
+    ldi.depth_network(files / "changed")
+    (files / "changed").write_bytes(b"junk")
+    with pytest.raises(ldi.InputError):
+        ldi.depth_network(files / "changed")
+
+
 def test_a_network_is_read_once_per_file(files, monkeypatch):
     assert ldi.depth_network() is ldi.depth_network()
     monkeypatch.chdir(files)

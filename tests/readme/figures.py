@@ -60,7 +60,7 @@ for page in pages:
         places = (ROOT, folder, ROOT / "include" / "ldi", ROOT / "bench" if page.startswith("bench") else ROOT)
         check(any(any(place.glob(path.rstrip("/"))) for place in places), f"{page}: expected an existing file or folder, found no {path}")
 
-# The library defines every name that the pages use.
+# Every ldi:: name in README.md occurs in a header.
 headers = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "include").rglob("*.hpp"))
 for name in set(re.findall(r"\bldi::(\w+)(?!\w|::)", readme)) - {"ldi", "io"}:
     check(re.search(rf"\b{name}\b", headers), f"README.md: no ldi::{name}")

@@ -79,7 +79,10 @@ linux_alone() {
     fi
 }
 linux_converts() { linux_alone && same_glb "$clean/linux/photo.glb" && grep -q model/gltf-binary "$clean/linux/photo.html"; }
-linux_is_static() { ! readelf -d "$unpacked/photo3d" | grep NEEDED; }
+linux_is_static() {
+    local dynamic
+    dynamic=$(readelf -d "$unpacked/photo3d") && ! grep NEEDED <<<"$dynamic"
+}
 linux_reads_heic() {
     local root=$clean/linux
     heif-enc "$sample" -o "$root/heic.heic" >"$clean/heif-enc.log" && cp "$root/heic.heic" "$clean/heic.heic" &&

@@ -289,7 +289,7 @@ TEST_CASE("the nearest surface is visible, regardless of the order of the triang
         }
 }
 
-TEST_CASE("back faces are omitted only on request") {
+TEST_CASE("back faces are culled only on request") {
     const view v = view_of(20, 20);
     textured_mesh front;
     add_rectangle(front, v.camera, 0, 0, 20, 20, 1);

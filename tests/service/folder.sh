@@ -16,6 +16,8 @@ for text in nonsense '{"job": "j", "photos": []}' '{"job": "j", "photos": ["../k
 done
 queue calm submit --job j <"$folder/keys"
 queue calm collect --results "$folder/results" --dead "$folder/dead" --expected 8 >/dev/null
+names_the_job() { ! { yes a.jpg | head -n 300 && echo folder/; } | queue half submit --job half --photos-per-message 1 2>"$folder/half" && grep -q 'use --job half$' "$folder/half"; }
+count_step "a submission that fails after sending messages names its job" names_the_job
 is_refused_at_line_2() { ! printf 'a.jpg\nfolder/\n' | queue calm submit --job refused 2>"$folder/refused" && grep -q 'line 2: expected' "$folder/refused"; }
 count_step "a folder as a key is refused before its message is sent" is_refused_at_line_2
 count_step "invalid messages become dead letters" documents codes_are "$folder/dead" "invalid data" "invalid data" "invalid data" \
@@ -35,8 +37,8 @@ queue calm submit --job k <"$folder/keys"
 queue calm collect --results "$folder/results" --dead "$folder/dead" --expected 12 >"$folder/collected"
 cat "$folder/collected"
 count_step "the collector drops the results of a job that is submitted twice" grep -q '"results":6,"dead":6,"dropped":4' "$folder/collected"
-count_step "photos of a job that is submitted again are not converted again" documents have_events "$worker_log" "already done" 4
-count_step "photos of another job are converted again" documents have_events "$worker_log" photo 8
+count_step "photos of a job that is submitted again are not converted again" documents have_events "$worker_log" "already done" 3
+count_step "the failed photo of that job, and all photos of another job, are converted again" documents have_events "$worker_log" photo 9
 stop_worker TERM "$worker"
 count_step "a worker logs its end after a signal" documents have_events "$worker_log" end 1
 
@@ -99,6 +101,6 @@ sleep 6 # until the next attempt, which the queue also refuses
 control_broker clear_policy full
 queue full collect --results "$folder/full_results" --dead "$folder/full_dead" --expected 3 >/dev/null
 count_step "once the queue accepts results, every photo has one" documents codes_are "$folder/full_dead"
-count_step "no photo of a refused result is converted again" documents have_events "$worker_log" photo 3
-count_step "no message of a refused result is delivered again" documents none_came_again "$worker_log"
+count_step "a photo whose result the queue refused is not converted again" documents have_events "$worker_log" photo 3
+count_step "a message whose results the queue refused is not delivered again" documents none_came_again "$worker_log"
 stop_worker TERM "$worker"

@@ -21,7 +21,7 @@ def refused(command, words, folder):
     except subprocess.TimeoutExpired:
         return check(f"{name}: the program ends within a minute", False)
     check(f"{name}: expected exit code {USAGE}, found {result.returncode}", result.returncode == USAGE, result.stderr)
-    check(f"{name}: one line says '{words}'", result.stderr.startswith(f"photo3d: {words}") and result.stderr.count("\n") == 1, result.stderr)
+    check(f"{name}: one line says '{words}'", result.stderr.startswith(f"{os.path.basename(command[0])}: {words}") and result.stderr.count("\n") == 1, result.stderr)
 
 
 with tempfile.TemporaryDirectory() as top:

@@ -106,6 +106,12 @@ function hostileFiles() {
         empty: Buffer.alloc(0),
         text: Buffer.from("this is no model at all, only text"),
         cut: glb.subarray(0, 4000),
+        secondJson: (() => {
+            const secret = putTogether({ json: { asset: { version: "2.0" }, buffers: [{ uri: "/secret.bin", byteLength: 4 }] }, binary: Buffer.alloc(0) });
+            const whole = Buffer.concat([square(), secret.subarray(12)]);
+            whole.writeUInt32LE(whole.length, 8);
+            return whole;
+        })(),
         noJson: Buffer.concat([glb.subarray(0, 20), Buffer.from("{{{{"), glb.subarray(24)]),
         elsewhere: plain((json) => (json.buffers[0].uri = "/secret.bin")),
         asText: plain((json) => (json.buffers[0].uri = "data:application/octet-stream;base64,AAAA")),
@@ -509,9 +515,10 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         for (const name of ["textureBomb", "manyImages", "manyTextures", "texturesOfExtension", "jpegWithFill", "losslessWebp", "lossyWebp"])
             assert.throws(() => checkGlb(bytesOf(hostile[name])), /textures are too large/, name);
         assert.throws(() => checkGlb(bytesOf(hostile.otherPicture)), /not PNG, JPEG or WebP/);
+        assert.throws(() => checkGlb(bytesOf(hostile.secondJson)), /other parts/);
         assert.throws(() => checkGlb(bytesOf(hostile.sharedVertices)), /too many meshes/);
         assert.throws(() => checkGlb(bytesOf(hostile.instances)), /draws a mesh many times/);
-        for (const name of ["cyclic", "deep"]) assert.throws(() => checkGlb(bytesOf(hostile[name])), /nested too deep/, name);
+        for (const name of ["cyclic", "deep"]) assert.throws(() => checkGlb(bytesOf(hostile[name])), /nested too deeply/, name);
         checkGlb(bytesOf(square())), checkGlb(bytesOf(glb));
     });
 

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
-import { mkdir, readFile, stat, writeFile } from "node:fs/promises";
+import { cp, mkdir, readFile, stat, writeFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import { dirname, extname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
@@ -284,6 +284,11 @@ async function testsOfChromium(browser, open, openShared) {
         await page.click("#video");
         await page.waitForFunction(() => document.documentElement.dataset.view === "recording");
         await page.screenshot({ path: join(made, "recording.png") });
+        await page.evaluate(() => {
+            const data = new DataTransfer();
+            data.items.add(new File(["no picture"], "other.jpg"));
+            dispatchEvent(new DragEvent("drop", { dataTransfer: data })); // must not interrupt the recording
+        });
         await page.waitForFunction(() => /video is saved/.test(document.getElementById("status").textContent));
         const saved = Object.fromEntries((await page.evaluate(() => Promise.all(window.saved))).map(([name, text]) => [name, Buffer.from(text, "base64")]));
         const video = Object.keys(saved).find((name) => /\.(webm|mp4)$/.test(name));
@@ -443,6 +448,24 @@ async function testsOfChromium(browser, open, openShared) {
         assert.equal((await choose(page, join(made, "plain.heic"))).error, undefined);
         page.errors = page.errors.filter((line) => !/ERR_CONNECTION_REFUSED/.test(line));
     });
+
+    const renewed = join(made, "site");
+    await cp(site, renewed, { recursive: true });
+    const caching = await serve(renewed, { "cache-control": "max-age=86400" });
+    await test("a new version of the page replaces all files, even those that the browser's own cache has", () => openPage(browser, caching.address), async (page) => {
+        await page.waitForFunction(() => navigator.serviceWorker.controller !== null);
+        const change = async (name, from, to) => writeFile(join(renewed, name), (await readFile(join(renewed, name), "utf8")).replace(from, to));
+        await change("index.html", "</title>", " 2</title>");
+        await change("offline.js", /photo3d [0-9a-f]{16}/, "photo3d 2");
+        await page.evaluate(async () => {
+            const changed = new Promise((resolve) => navigator.serviceWorker.addEventListener("controllerchange", resolve));
+            await (await navigator.serviceWorker.ready).update();
+            await changed;
+        });
+        await page.reload();
+        assert.match(await page.title(), / 2$/);
+    });
+    await caching.stop();
 
     const server = await serve(site);
     await test("the page works on a server, and offline after the first visit", () => openPage(browser, server.address), async (page) => {

@@ -53,6 +53,7 @@ class Crops:
 
     def batch(self, rng, count):
         """Returns augmented crops of random files."""
+        assert count % FILES_PER_BATCH == 0, f"--batch: expected a multiple of {FILES_PER_BATCH}, found {count}"
         files = [self.files[self.paths[int(rng.integers(len(self.paths)))]] for _ in range(FILES_PER_BATCH)]
         x, alpha, state = tensors(np.concatenate([f[np.sort(rng.choice(len(f), count // len(files), replace=False))] for f in files]))
         for dim in (2, 3):
@@ -214,14 +215,16 @@ def main():
     signal.signal(signal.SIGTERM, lambda *_: asked.append("stop"))
     before, processor, start = run.seconds, time.process_time(), time.time()
     saved, looked, snapped = time.time(), run.seconds if run.step > 0 else 0, run.seconds
-    falls_from, falls_for, means = None, None, {}
+    fallen, falls_for, last, means = 0.0, None, time.time(), {}  # share of the final decay, its seconds, time of the last step
     while True:
         run.seconds = before + time.process_time() - processor
-        if falls_from is None and (os.path.exists(path("finish")) or (a.minutes and time.time() - start > 60 * a.minutes)):
+        if falls_for is not None:
+            fallen += min(time.time() - last, 30.0) / falls_for  # a paused training does not end early
+        last = time.time()
+        if falls_for is None and (os.path.exists(path("finish")) or (a.minutes and time.time() - start > 60 * a.minutes)):
             text = open(path("finish")).read().strip() if os.path.exists(path("finish")) else ""
-            falls_from, falls_for = time.time(), 60 * max(float(text) if text else 10.0, 1.0)
+            falls_for = 60 * max(float(text) if text else 10.0, 1.0)
             print(f"step {run.step}: finishing within {falls_for / 60:.0f} minutes", flush=True)
-        fallen = 0.0 if falls_from is None else (time.time() - falls_from) / falls_for
         done = asked or fallen >= 1 or os.path.exists(path("stop"))
         if run.seconds - looked > LOOK_SECONDS or done:
             looked = run.seconds

@@ -182,10 +182,16 @@ class Ahead:
 
     def work(self):
         while True:
-            self.made.put(self.photographs.batch(self.rng, *self.wanted.get()))
+            try:
+                self.made.put(self.photographs.batch(self.rng, *self.wanted.get()))
+            except Exception as failure:
+                self.made.put(failure)
 
     def want(self, count, size):
         self.wanted.put((count, size))
 
     def next(self):
-        return self.made.get()
+        made = self.made.get()
+        if isinstance(made, Exception):
+            raise made
+        return made

@@ -8,9 +8,15 @@ export function checkGlb(bytes) {
     const view = new DataView(bytes);
     if (bytes.byteLength < 20 || view.getUint32(0) !== 0x676c5446) throw new Error("It is not a GLB file."); // "glTF"
     if (view.getUint32(4, true) !== 2) throw new Error("It is a GLB file of a version other than 2.");
-    if (view.getUint32(8, true) > bytes.byteLength) throw new Error("It is cut off.");
+    const end = view.getUint32(8, true);
+    if (end > bytes.byteLength) throw new Error("It is cut off.");
     const length = view.getUint32(12, true);
-    if (view.getUint32(16, true) !== 0x4e4f534a || 20 + length > bytes.byteLength) throw new Error("It has no JSON."); // "JSON"
+    if (view.getUint32(16, true) !== 0x4e4f534a || 20 + length > end) throw new Error("It has no JSON."); // "JSON"
+    const binary = 28 + length;
+    // three.js reads the last chunk of each kind, so only the two that are checked may be there.
+    if (binary <= end && (view.getUint32(binary - 4, true) !== 0x004e4942 || binary + view.getUint32(binary - 8, true) !== end)) // "BIN"
+        throw new Error("It has other parts than JSON and binary data.");
+    if (binary > end && 20 + length !== end) throw new Error("It is cut off.");
     let json;
     try {
         json = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 20, length)));
@@ -29,7 +35,7 @@ export function checkGlb(bytes) {
     if (!(values <= limits.values && buffered <= 4 * limits.values)) throw new Error("It has too many vertices.");
     checkNodes(list("nodes"));
     checkMeshes(list("nodes"), list("meshes"), list("accessors"));
-    const sizes = sizesOfImages(list("images"), list("bufferViews"), new Uint8Array(bytes, Math.min(28 + length, bytes.byteLength)));
+    const sizes = sizesOfImages(list("images"), list("bufferViews"), new Uint8Array(bytes, Math.min(binary, end), Math.max(end - binary, 0)));
     // Each texture needs memory on the graphics card, even if several show the same image.
     const sourcesOf = ({ source, extensions }) => [source, ...Object.values(extensions ?? {}).map((other) => other?.source)];
     const shown = list("textures").map((texture) => Math.max(...sourcesOf(texture).map((source) => sizes[source] ?? 0)));
@@ -47,7 +53,7 @@ function checkNodes(nodes) {
         }
     for (let node = 0; node < nodes.length; ++node)
         for (let [at, depth] = [node, 0]; parents.has(at); at = parents.get(at))
-            if (++depth > 64) throw new Error("Its nodes are nested too deep, or in a circle.");
+            if (++depth > 64) throw new Error("Its nodes are nested too deeply, or form a cycle.");
 }
 
 /** Limits the number of drawn meshes and vertices. Nodes may share meshes, and meshes may share vertices. */

@@ -200,7 +200,7 @@ export class Photo3D extends Base {
     }
 
     async exitFullscreen() {
-        if (document.fullscreenElement === this) return document.exitFullscreen();
+        if (this.matches(":fullscreen")) return document.exitFullscreen();
         this.#isOver = false;
         this.#aloneChanged();
     }
@@ -512,7 +512,7 @@ async function fetchGlb(source, signal) {
         if (signal.aborted) throw failure;
         throw new Error("Its file can't be fetched.");
     }
-    if (!response.ok) throw new Error(`The server does not deliver its file (status ${response.status}).`);
+    if (!response.ok) throw new Error(`The server did not return the file (status ${response.status}).`);
     return response.arrayBuffer();
 }
 

@@ -7,7 +7,7 @@
 /** A drag over this share of the photo's width reaches the motion limit. */
 const dragShare = 0.4;
 
-/** Wheel pixels that double the size. */
+/** Vertical wheel distance, in pixels, that doubles the zoom. */
 const wheelPixels = 400;
 
 /**

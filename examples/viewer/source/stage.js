@@ -139,7 +139,12 @@ class Stage {
             this.request();
         });
         renderer.setScissorTest(false);
-        await renderer.xr.setSession(session);
+        try {
+            await renderer.xr.setSession(session);
+        } catch (failure) {
+            await session.end();
+            throw failure;
+        }
         if (!view.photo) return session.end(); // the photo was removed meanwhile
         view.enterHeadset(head);
         renderer.setAnimationLoop((_, frame) => view.head && view.drawInHeadset(renderer, frame));

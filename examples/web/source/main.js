@@ -31,10 +31,10 @@ const converter = new Converter();
 let shown = null;
 let isBusy = false;
 
-/** @param {"empty" | "busy" | "shown"} view */
+/** @param {"empty" | "busy" | "recording" | "shown"} view */
 function setView(view) {
     root.dataset.view = view;
-    isBusy = view === "busy";
+    isBusy = view === "busy" || view === "recording";
     for (const id of ["choose", "camera", "again", "glb", "page", "video", "share"]) element(id).disabled = isBusy;
 }
 
@@ -98,7 +98,7 @@ async function saveVideo() {
     try {
         const canvas = await open();
         if (!canvas) throw new Error("The 3D photo can't be shown, so it can't be recorded.");
-        root.dataset.view = "recording";
+        setView("recording");
         const video = await record(canvas, videoSeconds, (fraction) => showProgress("Recording the video", fraction));
         save(video, `${shown.name}.${video.type.startsWith("video/mp4") ? "mp4" : "webm"}`);
         say("The video is saved.");

@@ -7,11 +7,14 @@
 const version = "VERSION";
 const files = ["FILES"];
 
+/** Requests a file from the server itself, because the browser's own cache may contain an older version under the same name. */
+const newest = (name) => new Request(name, { cache: "reload" });
+
 addEventListener("install", (event) => {
     event.waitUntil(
         caches
             .open(version)
-            .then((cache) => cache.addAll(files))
+            .then((cache) => cache.addAll(files.map(newest)))
             .then(() => skipWaiting()),
     );
 });
@@ -33,8 +36,9 @@ function isolated(response) {
 async function answer(request) {
     const cache = await caches.open(version);
     const kept = await cache.match(request, { ignoreSearch: true });
-    const response = kept ?? (await fetch(request));
-    if (!kept && response.ok && request.url.endsWith(".gz")) await cache.put(request, response.clone()).catch(() => {}); // no space
+    const isPart = request.url.endsWith(".gz");
+    const response = kept ?? (await fetch(isPart ? newest(request.url) : request));
+    if (!kept && response.ok && isPart) await cache.put(request, response.clone()).catch(() => {}); // no space
     return request.mode === "navigate" && response.ok ? isolated(response) : response;
 }
 

@@ -222,14 +222,19 @@ public:
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
     /// old pixel; the columns' rules compute its values from the values of the old pixel. Returns grown_pixels::pieces. During
     /// the call the image is empty, but views of its columns stay valid. Raises mismatch if grown_pixels does not describe every
-    /// pixel, or if the lattice shrinks. After this error, if `make` or a column's rule throws, or if memory runs out, the image
-    /// remains empty.
+    /// pixel, if the lattice shrinks, or if `make` assigned pixels to the image itself. After this error, if `make` or a column's
+    /// rule throws, or if memory runs out, the image remains empty (or, if `make` throws after such an assignment, keeps the
+    /// assigned pixels).
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
         const std::size_t old_count = old.size();
         const std::int32_t width = old.graph_.width(), height = old.graph_.height();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
+        if (size() > 0) {
+            *this = layered_image();
+            raise(error_code::mismatch, "grow", "no assignment to the image during the call", "an assignment");
+        }
         if (!detail::is_complete(grown, old_count))
             raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels",
                   std::to_string(old_count) + " old and " + std::to_string(grown.origins.size()) + " new pixels, " +

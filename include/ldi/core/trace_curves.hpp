@@ -33,6 +33,22 @@ public:
         stride_ = width + 1;
         present_.assign(static_cast<std::size_t>(corners), 0);
     }
+    corner_map(const corner_map&) = default;
+    corner_map& operator=(const corner_map& other) { return *this = corner_map(other); }
+    /// The moved-from map has no corners.
+    corner_map(corner_map&& other) noexcept
+        : stride_(std::exchange(other.stride_, 0)),
+          width_(std::exchange(other.width_, -1)),
+          height_(std::exchange(other.height_, -1)),
+          present_(std::move(other.present_)),
+          used_(std::move(other.used_)),
+          side_count_(std::exchange(other.side_count_, 0)) {}
+    corner_map& operator=(corner_map&& other) noexcept {
+        stride_ = std::exchange(other.stride_, 0), width_ = std::exchange(other.width_, -1);
+        height_ = std::exchange(other.height_, -1), side_count_ = std::exchange(other.side_count_, 0);
+        present_ = std::move(other.present_), used_ = std::move(other.used_);
+        return *this;
+    }
 
     /// Adds the pixel side from a corner to the adjacent corner in direction `toward`. Both corners must be on the lattice, and
     /// the side must not be present.
@@ -46,7 +62,7 @@ public:
         ++side_count_;
     }
 
-    /// Size of the lattice in pixels.
+    /// Size of the lattice in pixels; -1 for a moved-from map.
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
     /// The corners that have sides, or had sides before remove(), in the order in which add() reached them. Lists a corner

@@ -37,8 +37,8 @@ public:
     /// depth/step_band.hpp) lie on one of the two surfaces, not between them. If depth samples are no larger than pixels,
     /// aligned_silhouettes decides instead, because such depth locates silhouettes better than the network does. Time and
     /// memory are linear in the number of pixels, regardless of their disparities. Raises mismatch if the images do not have
-    /// the shapes that undecided_depth documents, invalid_option for a sample_size outside [1, 16], and the errors of
-    /// find_step_band().
+    /// the shapes that undecided_depth documents, invalid_data if the estimate is not finite, invalid_option for a sample_size
+    /// outside [1, 16], and the errors of find_step_band().
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
@@ -47,6 +47,7 @@ public:
         if (depth.estimated.empty() || depth.estimated.channels() != 1)
             raise(error_code::mismatch, "network_decider", "an estimate h x w x 1 with at least one pixel",
                   detail::shape_text(depth.estimated));
+        detail::check_finite(depth.estimated, "network_decider");
         const step_band band = find_step_band(depth.disparity, {.min_step = min_step});
         decided_depth result;
         result.shares = image<std::uint8_t>(depth.disparity.height(), depth.disparity.width(), 1, std::uint8_t{0});

@@ -4,6 +4,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/picture_header.hpp>
@@ -85,6 +86,9 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     float_map_header header;
     header.format = picture_format::pfm;
     header.width = *width, header.height = *height, header.begin = at + 1;
+    // Lines may end in CR and LF. After CR alone, the first byte of the data can have the value of LF.
+    const double data_bytes = 4.0 * nearest_double(*width) * nearest_double(*height);
+    if (has_text(bytes, at, "\r\n") && nearest_double(bytes.size() - at - 2) >= data_bytes) ++header.begin;
     header.is_swapped = (scale.front() == '-') != (std::endian::native == std::endian::little);
     return header;
 }

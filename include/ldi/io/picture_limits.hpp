@@ -21,9 +21,9 @@ struct picture_limits {
     /// Additional memory in bytes per byte of the file. This raises the limit for large photos: the file of a 200-megapixel
     /// photo has tens of megabytes.
     std::size_t max_memory_per_byte = 40;
-    /// Maximum number of samples that all scans together may process; a billion samples take one to four seconds. A progressive
+    /// Maximum number of samples that all scans together may process; a billion samples take one to eight seconds. A progressive
     /// JPEG file codes each channel in several scans, about ten in total. A HEIC or TIFF file may use one tile many times.
-    std::uint64_t max_scanned_samples = 1'500'000'000;
+    std::uint64_t max_scanned_samples = 1'000'000'000;
 };
 
 /// Size of a picture and memory to decode it, read from the headers of its file before anything is decoded.

@@ -31,7 +31,7 @@ public:
     /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is
     /// degenerate. If the polygon crosses itself, or touches itself in a way that `polygon` does not allow, returns the
     /// conflict; `result` is then invalid. Raises mismatch for an index that `shape` does not have, and too_large for more than
-    /// 2^28 vertices.
+    /// 2^28 vertices or for coordinates beyond +-2^16.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -94,6 +94,12 @@ inline void triangulator::check(const polygon& shape) {
     const std::size_t count = shape.points.size();
     if (count > static_cast<std::size_t>(detail::max_polygon_vertices))
         raise(error_code::too_large, "triangulator", "at most 2^28 vertices", std::to_string(count));
+    const auto is_inside = [](const lattice_point& p) {
+        constexpr std::int32_t limit = 1 << 16;
+        return p.x >= -limit && p.x <= limit && p.y >= -limit && p.y <= limit;
+    };
+    if (!std::all_of(shape.points.begin(), shape.points.end(), is_inside))
+        raise(error_code::too_large, "triangulator", "coordinates of at most 2^16 in size", "larger coordinates");
     const auto is_index = [&](std::int32_t next) { return next >= -1 && next < static_cast<std::int32_t>(count); };
     if (shape.next.size() != count || shape.outline_count < 0 || static_cast<std::size_t>(shape.outline_count) > count ||
         !std::all_of(shape.next.begin(), shape.next.end(), is_index))

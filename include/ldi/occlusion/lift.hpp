@@ -70,7 +70,8 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
     const std::size_t rows = disparity.height(), columns = disparity.width();
     if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
-        raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
+        raise(error_code::mismatch, "lift",
+              "a photo H x W x 3 and a disparity map H x W x 1 of the same size, at least one pixel",
               shape_text(color) + " and " + shape_text(disparity));
     const pinhole_camera& camera = facts.camera;
     if ((camera.width != 0 || camera.height != 0) &&

@@ -51,8 +51,8 @@ view look_at(const pinhole_camera& camera, const std::array<float, 3>& position,
 view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
                          float window = window_disparity);
 
-/// Returns the view at `time` on a path, which starts at time 0 and ends at time 1. Raises invalid_option for options out of
-/// range.
+/// Returns the view at `time`, 0 to 1, on a path, which starts at time 0 and ends at time 1. Raises invalid_option for options
+/// out of range.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 

@@ -1,6 +1,7 @@
 // Pictures made from renderings: stereo pairs and depth maps.
 #pragma once
 
+#include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
@@ -9,6 +10,7 @@
 #include <ldi/render/camera.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -18,8 +20,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative:
 /// to the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window`, in
-/// the same units, keep their position in the picture.
+/// the same units and above 0, keep their position in the picture.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
+    LDI_ASSERT(window > 0);
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
     from.lens_shift[0] += from.camera.focal_length * distance / window;

@@ -47,7 +47,7 @@ public:
     /// size  1 or more in each direction
     bool insert(rectangle_size size, rectangle_corner& corner) {
         LDI_ASSERT(size.width >= 1 && size.height >= 1);
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // a search for the same size resumes here
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // only the same size resumes at before_
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {

@@ -273,7 +273,7 @@ TEST_CASE("the bits of a result depend neither on the number of threads nor on l
     }
 }
 
-TEST_CASE("a mask changes only the bits of results whose windows contain masked pixels") {
+TEST_CASE("a mask changes only the results whose windows contain masked pixels; all others keep every bit") {
     std::mt19937 random(44);
     const graph g = make_grid(300, 40);
     const layer l = random_layer(random, 3, 9, 21);

@@ -200,12 +200,15 @@ TEST_CASE("if any allocation in a U-Net fails, all its memory is released") {
     CHECK(tried > 30);
 }
 
-TEST_CASE("a layer refuses unsupported kernel sizes, wrong numbers of weights, and plans and maps of other sizes") {
+TEST_CASE("a layer refuses unsupported kernel sizes and slopes, wrong numbers of weights, and plans and maps of other sizes") {
     const std::vector<float> weights(2 * 3 * 9), bias(2), nothing;
     const auto error_of = [](auto&& run) { return ldi::testing::raised(run); };
     using weights_view = std::span<const float>;
     for (const std::int32_t size : {-3, 0, 2, 4, 17})
         CHECK(error_of([&] { ldi::convolution_layer(weights, bias, {.kernel_size = size}); }) == ldi::error_code::invalid_option);
+    for (const float slope : {-0.1F, 1.5F, NAN})
+        CHECK(error_of([&] { ldi::convolution_layer(weights, bias, {.after = ldi::leaky_relu(slope)}); }) ==
+              ldi::error_code::invalid_option);
     CHECK(error_of([&] { ldi::convolution_layer(weights_view(weights).first(53), bias); }) == ldi::error_code::mismatch);
     CHECK(error_of([&] { ldi::convolution_layer(weights, nothing); }) == ldi::error_code::mismatch);
     CHECK(error_of([&] { ldi::convolution_layer(nothing, bias); }) == ldi::error_code::mismatch);

@@ -92,6 +92,12 @@ TEST_CASE("ReLU of minus infinity is 0, and leaky ReLU of it is minus infinity")
     CHECK(activate(x, leaky_relu(0.2F)).values == x.values);
 }
 
+TEST_CASE("NaN passes through every activation") {
+    feature_map x(1, 1);
+    x.values = {NAN};
+    for (const activation by : {relu, leaky_relu(0.2F), no_activation}) CHECK(std::isnan(activate(x, by).values[0]));
+}
+
 TEST_CASE("sigmoid and tanh reach their limits exactly for large inputs") {
     feature_map x(1, 4);
     x.values = {-1000.0F, 1000.0F, -30.0F, 30.0F};

@@ -54,6 +54,13 @@ def _threads(value):
     return _integer("threads", value, 0, 1024)
 
 
+def _flag(name, value):
+    """Returns an argument that must be True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name}: expected True or False, found {type(value).__name__}")
+    return bool(value)
+
+
 def _unmasked(depth):
     """Replaces masked values with NaN."""
     return depth.astype(np.float32).filled(np.nan) if isinstance(depth, np.ma.MaskedArray) else depth
@@ -62,11 +69,15 @@ def _unmasked(depth):
 def _depth(depth, kind, is_inverse):
     """Returns (depth, is_metric, is_inverse), the arguments of the extension's functions."""
     _choice("depth_kind", kind, ("disparity", "meters"))
+    is_inverse = _flag("depth_is_inverse", is_inverse)
     if depth is None:
         depth = depth_network()
     elif callable(depth) and not isinstance(depth, DepthNetwork):
         estimate, depth = depth, lambda photo: _unmasked(estimate(photo))
-    return _unmasked(depth), kind == "meters", bool(is_inverse)
+    if isinstance(depth, DepthNetwork) and (kind != "disparity" or is_inverse):
+        option, value = ("depth_kind", kind) if kind != "disparity" else ("depth_is_inverse", is_inverse)
+        raise InputError("invalid option", option, "no other meaning for the result of a network", repr(value))
+    return _unmasked(depth), kind == "meters", is_inverse
 
 
 def _inpainter(inpaint):
@@ -96,8 +107,18 @@ def _weights(path, default):
     return os.path.join(os.fsencode(_FOLDER), b"models", default) if path is None else os.path.abspath(_path(path))
 
 
-@functools.lru_cache(maxsize=4)
 def _network(kind, path, *options):
+    """Reads a network, once per file and change of the file."""
+    try:
+        status = os.stat(path)
+        version = status.st_mtime_ns, status.st_size
+    except OSError:
+        version = None  # reading reports the reason
+    return _network_of(kind, path, version, *options)
+
+
+@functools.lru_cache(maxsize=4)
+def _network_of(kind, path, version, *options):
     name = path.decode("utf-8", "backslashreplace")
     try:
         with open(path, "rb") as file:
@@ -248,7 +269,7 @@ def glb(self, quality=85, *, compress=False):
     quality   JPEG quality of the texture, 1 to 100
     compress  reduces the file to a third to two thirds, for viewers that support EXT_meshopt_compression and EXT_texture_webp
     """
-    return _ldi.glb(self, _integer("quality", quality, 1, 100), bool(compress))
+    return _ldi.glb(self, _integer("quality", quality, 1, 100), _flag("compress", compress))
 
 
 @_method(Photo3D)
@@ -261,7 +282,7 @@ def html(self, title="3D photo", *, quality=85, compress=False):
     if not isinstance(title, str):
         raise TypeError(f"title: expected a string, found {type(title).__name__}")
     title = title.encode("utf-8", "replace").decode()  # replaces lone surrogates, which UTF-8 cannot encode
-    return _ldi.html(self, os.fsencode(os.path.join(_FOLDER, "viewer.html")), title, _integer("quality", quality, 1, 100), bool(compress))
+    return _ldi.html(self, os.fsencode(os.path.join(_FOLDER, "viewer.html")), title, _integer("quality", quality, 1, 100), _flag("compress", compress))
 
 
 @_method(Photo3D)

@@ -73,9 +73,11 @@ public:
         const double pixels = nearest_double(header.width) * nearest_double(header.height);
         const std::string size = std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels";
         charge(pixels * nearest_double(header.memory_per_pixel) + header.more_memory, where, size);
-        if (header.scanned_channels > 0)
-            charge_samples(nearest_double(header.scanned_channels) * pixels, where,
-                           size + ", " + std::to_string(header.scanned_channels) + " times");
+        if (header.scanned_channels == 0) return;
+        // A scan of a JPEG file processes whole blocks, which are up to 32 x 32 pixels large.
+        const auto padded = [](std::size_t side) { return nearest_double((side + 31) / 32 * 32); };
+        charge_samples(nearest_double(header.scanned_channels) * padded(header.width) * padded(header.height), where,
+                       size + ", " + std::to_string(header.scanned_channels) + " times");
     }
 
 private:

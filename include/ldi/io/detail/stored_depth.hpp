@@ -61,7 +61,7 @@ inline image<float> to_disparity(image<float> values, const depth_meaning& meani
         value = static_cast<float>(disparity / unit);
         if (std::isfinite(value)) highest = (std::max)(highest, double{value});
     }
-    const float lowest = (std::max)(static_cast<float>(highest / 1000), std::numeric_limits<float>::min());
+    const float lowest = (std::max)(static_cast<float>(highest / 1000), (std::numeric_limits<float>::min)());
     if (!(highest > 0)) raise(error_code::invalid_data, where, "at least one positive distance", "none");
     for (float& v : values)
         if (!std::isnan(v)) v = std::isfinite(v) ? (std::max)(v, lowest) : lowest;

@@ -111,7 +111,7 @@ struct opened_tiff {
     [[noreturn]] void broken(const std::string& where) const {
         const bool is_damaged =
             memory.complaint.find("(0 elements") != std::string::npos;  // "Failed to allocate memory (0 elements"
-        for (const char* const said : {"No space", "ut of memory", "nsufficient memory", "o allocate memory"})
+        for (const char* const said : {"No space", "ut of memory", "nsufficient memory", "allocate memory"})
             if (!is_damaged && memory.complaint.find(said) != std::string::npos)
                 raise(error_code::out_of_memory, where, "enough memory", "too little: " + memory.complaint);
         damaged(picture_format::tiff, where, memory.complaint);

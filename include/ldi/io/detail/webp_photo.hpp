@@ -3,9 +3,11 @@
 
 #include <ldi/io/detail/exif.hpp>
 #include <ldi/io/detail/stored_photo.hpp>
+#include <ldi/io/detail/webp_lossless.hpp>
 
 #include <webp/decode.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -16,16 +18,40 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns the body of a chunk of a RIFF file; empty if there is no chunk of that name. Sizes are little-endian, and chunks are
-/// padded to even sizes.
-inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, std::string_view name) {
+/// Calls use(body) with the body of each chunk of a RIFF file that has this name. Sizes are little-endian, and chunks are padded
+/// to even sizes. A chunk that is cut off ends with the file.
+template <class Use>
+void for_each_riff_chunk(std::span<const std::byte> bytes, std::string_view name, Use use) {
     for (std::size_t at = 12; at + 8 <= bytes.size();) {
-        const std::size_t size = little_endian_32(bytes, at + 4);
-        if (size > bytes.size() - at - 8) break;
-        if (has_text(bytes, at, name)) return bytes.subspan(at + 8, size);
-        at += 8 + size + size % 2;
+        const std::size_t size = little_endian_32(bytes, at + 4), here = (std::min)(size, bytes.size() - at - 8);
+        if (has_text(bytes, at, name)) use(bytes.subspan(at + 8, here));
+        at += 8 + here + here % 2;
     }
-    return {};
+}
+
+/// Returns the body of the first chunk of a RIFF file with this name; empty if there is none.
+inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, std::string_view name) {
+    std::span<const std::byte> first;
+    for_each_riff_chunk(bytes, name, [&](std::span<const std::byte> body) {
+        if (first.empty()) first = body;
+    });
+    return first;
+}
+
+/// Returns an upper bound of the memory in bytes for libwebp's tables of prefix codes, which only lossless pictures and lossless
+/// alpha have. Raises invalid_data for several chunks of one kind, because libwebp may decode any of them.
+inline std::size_t table_bytes_of(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
+    std::size_t needed = 0;
+    for (const std::string_view kind : {"VP8L", "ALPH"}) {
+        std::size_t chunks = 0;
+        for_each_riff_chunk(bytes, kind, [&](std::span<const std::byte> body) {
+            if (++chunks > 1) damaged(picture_format::webp, where, "several chunks " + std::string(kind));
+            const std::size_t begin = kind == "VP8L" ? 5 : 1;
+            const bool is_lossless = body.size() > begin && (kind == "VP8L" || (body[0] & std::byte{3}) == std::byte{1});
+            if (is_lossless) needed += lossless_webp(body.subspan(begin), header.width, header.height).table_bytes();
+        });
+    }
+    return needed;
 }
 
 /// Reads the header. Raises unsupported (an animation), invalid_data.
@@ -39,6 +65,7 @@ inline picture_header read_webp_header(std::span<const std::byte> bytes, const s
     header.width = static_cast<std::size_t>(features.width), header.height = static_cast<std::size_t>(features.height);
     header.memory_per_pixel = 11;  // decoded samples (4), libwebp's copy in lossless files (4), RGB photo (3)
     header.has_alpha = features.has_alpha != 0;
+    header.more_memory = nearest_double(table_bytes_of(bytes, header, where));
     return header;
 }
 

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 

@@ -3,6 +3,7 @@
 // neighborhood; the network reads colors relative to it. examples/training/farbrausch/README.md explains the steps.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
@@ -17,6 +18,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {

@@ -44,6 +44,12 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
     return result;
 }
 
+/// Raises invalid_option unless the slope of an activation is in [0, 1].
+inline void check_activation(activation after) {
+    if (!(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F))
+        raise(error_code::invalid_option, "convolution", "an activation with a slope from 0 to 1", to_text(after.negative_slope));
+}
+
 }  // namespace detail
 
 /// Packs PyTorch weights for conv_f32().
@@ -52,12 +58,13 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the total
 ///          number of channels of all sources, concatenated in order
 /// bias     outputs, 1 or more
-/// after    applied to the sums
+/// after    applied to the sums; its slope must be in [0, 1]
 ///
-/// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch unless the number of weights is
-/// a positive multiple of outputs * kernel_size * kernel_size.
+/// Raises invalid_option unless the slope is in [0, 1] and the kernel size is 1, 3, ..., or max_kernel_size. Raises mismatch
+/// unless the number of weights is a positive multiple of outputs * kernel_size * kernel_size.
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
+    detail::check_activation(after);
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), kernel_size), bias,
                          static_cast<std::size_t>(kernel_size), after);
 }
@@ -84,6 +91,7 @@ struct quantized_source {
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
                                              std::span<const quantized_source> sources, quantization result) {
+    detail::check_activation(after);
     const std::size_t k = static_cast<std::size_t>(kernel_size), outputs = bias.size();
     buffer<float> scaled = detail::channels_last(weights, outputs, kernel_size);
     buffer<float> input_scales;
@@ -114,7 +122,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         scales[o] = (is_zero ? 1.0F : step) / result.scale, result_bias[o] = bias[o] / result.scale;
         if (!std::isfinite(scales[o]) || !std::isfinite(result_bias[o]))
             raise(error_code::unsupported, "convolution, output " + std::to_string(o),
-                  "a finite scale and bias in units of bytes",
+                  "a finite scale and bias after division by the result's scale",
                   "a scale of " + detail::to_text(scales[o]) + " and a bias of " + detail::to_text(result_bias[o]));
         for (std::size_t i = 0; i < inputs; ++i)
             rounded[o * inputs + i] = is_zero ? std::int8_t{0} : static_cast<std::int8_t>(detail::nearest_whole(row[i] / step));

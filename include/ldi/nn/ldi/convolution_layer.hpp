@@ -25,7 +25,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Options of convolution_layer.
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
-    activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
+    activation after = no_activation;  ///< no_activation, relu, leaky_relu(slope) with a slope in [0, 1]
     bool is_partial = false;           ///< excludes missing pixels from the rescaled sum; if false, counts them as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; changes results only by rounding errors
 };
@@ -38,8 +38,9 @@ public:
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
     /// bias     outputs, 1 or more
     ///
-    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size and the target is available. Raises mismatch
-    /// unless the number of weights is a positive multiple of outputs * kernel_size * kernel_size.
+    /// Raises invalid_option unless the kernel size is 1, 3, ..., or max_kernel_size, the slope of the activation is in [0, 1],
+    /// and the target is available. Raises mismatch unless the number of weights is a positive multiple of outputs * kernel_size
+    /// * kernel_size.
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}

@@ -202,11 +202,12 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
-/// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation.
+/// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation. NaN remains NaN.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
-        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // avoids 0 * -infinity
+        if (v > 0.0F || std::isnan(v)) return v;
+        return by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // avoids 0 * -infinity
     });
 }
 

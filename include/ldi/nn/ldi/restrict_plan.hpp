@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 

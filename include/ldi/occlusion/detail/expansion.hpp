@@ -187,7 +187,8 @@ private:
         return ends || other != no_pixel;
     }
 
-    // Whether a hidden surface at this position has this disparity, within the threshold.
+    // Whether a hidden surface at this position has this disparity, within the threshold, and the surface behind `curve` may
+    // join it.
     bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;

@@ -37,7 +37,8 @@ inline void check_tensor_scale(const std::string& name, float scale) {
 
 inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
     if (input >= tensors.size())
-        raise(error_code::invalid_data, name, "the result of an earlier operator as input", "tensor " + std::to_string(input));
+        raise(error_code::invalid_data, name, "the network's input or the result of an earlier operator",
+              "tensor " + std::to_string(input));
     return tensors[input];
 }
 
@@ -127,7 +128,8 @@ inline void check_network(const network_description& network) {
         tensors.push_back({op.output, channels});
     }
     if (network.output >= tensors.size())
-        raise(error_code::invalid_data, input, "the result of an operator as output", "tensor " + std::to_string(network.output));
+        raise(error_code::invalid_data, place_in(network.where, "output"), "a tensor below " + std::to_string(tensors.size()),
+              "tensor " + std::to_string(network.output));
 }
 
 }}}  // namespace ldi::detail
