@@ -16,7 +16,7 @@ for text in nonsense '{"job": "j", "photos": []}' '{"job": "j", "photos": ["../k
 done
 queue calm submit --job j <"$folder/keys"
 queue calm collect --results "$folder/results" --dead "$folder/dead" --expected 8 >/dev/null
-names_the_job() { ! { yes a.jpg | head -n 300 && echo folder/; } | queue half submit --job half --photos-per-message 1 2>"$folder/half" && grep -q 'use --job half$' "$folder/half"; }
+names_the_job() { ! { seq 300 && echo folder/; } | queue half submit --job half --photos-per-message 1 2>"$folder/half" && grep -q 'use --job half$' "$folder/half"; }
 count_step "a submission that fails after sending messages names its job" names_the_job
 is_refused_at_line_2() { ! printf 'a.jpg\nfolder/\n' | queue calm submit --job refused 2>"$folder/refused" && grep -q 'line 2: expected' "$folder/refused"; }
 count_step "a folder as a key is refused before its message is sent" is_refused_at_line_2
