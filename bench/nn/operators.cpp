@@ -314,7 +314,9 @@ void add_both(const std::string& name, double values, double indices, Operator r
     });
 }
 
-/// Adds an operator that changes a float32 map with 16 channels in place.
+/// Registers a benchmark of an operator that modifies a float32 map with 16 channels in place.
+///
+/// values  number of values read and written per value of the map
 template <class Operator>
 void add_in_place(const std::string& name, double values, Operator run_on) {
     add(name + ", float32", [=](benchmark::State& state) {

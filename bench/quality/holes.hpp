@@ -64,8 +64,8 @@ inline std::vector<named_view> views_on_paths(const ldi::photo_facts& photo) {
     return result;
 }
 
-/// Resizes a view to a long side of `long_side` pixels, and then widens its field of view by 15 %, because a viewer's window
-/// moves across the photo.
+/// Scales a view to a long side of `long_side` pixels, and then makes its picture 15 % wider and higher, because the viewer in a
+/// browser shows a window that moves across the photo, and so sees areas outside the view's own picture.
 inline ldi::view widened(ldi::view from, std::int32_t long_side) {
     constexpr float margin = 1.15F;
     ldi::pinhole_camera& camera = from.camera;

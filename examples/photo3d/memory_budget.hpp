@@ -55,7 +55,7 @@ struct decoding_cost {
     std::size_t held_by_maps = 0;       ///< bytes of the decoded maps
     std::size_t in_stages = 0;          ///< bytes of the maps and of the results of the stages that process them
 
-    /// Raises the errors of reading headers.
+    /// Reads only the headers of the files. Raises the errors of estimate_photo_with_depth() and estimate_depth_map().
     ///
     /// depth  file of the photo's depth map; empty if there is none
     decoding_cost(std::span<const std::byte> photo, std::span<const std::byte> depth, const arguments& a, const std::string& name,

@@ -94,8 +94,10 @@ public:
         files_.protect(input);
     }
 
-    /// Registers a file that the run will write. Raises the errors of file_set::claim(); invalid_option for a second `-`, and for
-    /// a terminal.
+    /// Registers a file that the run will write; `-` is standard output. Raises the errors of file_set::claim(), and
+    /// invalid_option for a second `-` or for binary output to a terminal.
+    ///
+    /// is_text  whether the output may go to a terminal
     void claim(const std::filesystem::path& output, bool is_text = false) {
         if (!is_standard(output)) return files_.claim(output);
         if (uses_standard_output_) raise(error_code::invalid_option, "-", "one output that goes to standard output", "two");
@@ -121,8 +123,8 @@ public:
 
     void create_folder(const std::filesystem::path& folder) { files_.create_folder(folder); }
 
-    /// Makes the missing folder of an output. A run that fails removes it again. Raises the errors of claim_folder() and
-    /// file_set::create_folder().
+    /// Creates an output's parent folder if it does not exist. A run that fails removes this folder. Raises the errors of
+    /// claim_folder() and file_set::create_folder().
     void create_folder_of(const std::filesystem::path& output) {
         const std::filesystem::path folder = output.parent_path();
         std::error_code ignored;

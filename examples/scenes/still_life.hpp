@@ -1,4 +1,4 @@
-// The sample of the project: toys on a wooden table in front of a brick wall, in the light of a window outside the picture.
+// The project's sample scene: toys on a wooden table in front of a brick wall, lit by a window outside the picture.
 #pragma once
 
 #include "ray_caster.hpp"

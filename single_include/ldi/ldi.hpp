@@ -1103,7 +1103,7 @@ template <class Real>
 Real rounded_product(Real a, Real b) noexcept {
 #if (defined(_MSC_VER) && !defined(__clang__)) || defined(__wasm__) || \
     ((defined(__x86_64__) || defined(__i386__)) && !defined(__FMA__) && !defined(__FMA4__))
-    return a * b;  // never fused: MSVC does not fuse, and the other targets have no fused multiply-add
+    return a * b;  // not fused: MSVC fuses only with /fp:fast or /fp:contract, and the other targets have no fused multiply-add
 #elif LDI_HAS_EXTENSIONS
     // The compiler must assume that the empty assembly changes the product.
     Real product = a * b;
@@ -1721,8 +1721,9 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
         }
     if (order.size() != g.size() || wrong < order.size())
         raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels",
-              order.size() != g.size() ? std::to_string(order.size()) + " indices"
-                                       : "index " + std::to_string(order[wrong]) + " at " + std::to_string(wrong));
+              order.size() != g.size()
+                  ? std::to_string(order.size()) + " indices"
+                  : "a repeated or invalid index " + std::to_string(order[wrong]) + " at position " + std::to_string(wrong));
     graph_builder result(g.width(), g.height(), g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::int32_t old = order[static_cast<std::size_t>(i)];
@@ -1801,7 +1802,7 @@ struct pixel_values {
     const Scalar& operator()(std::size_t pixel, std::size_t channel = 0) const { return values[pixel * channels + channel]; }
 };
 
-/// Rules for coarser levels and vertices. first_of() returns the values of the first pixel.
+/// Functions for the members `coarser` and `at_vertex` of a column. first_of() returns the values of the first pixel.
 ///
 /// pixels  at least one
 template <class Scalar, std::size_t channels>
@@ -4284,8 +4285,8 @@ inline void check_available(const char* where, isa set) {
               std::string(to_string(set)));
 }
 
-/// Returns the set that LDI_ISA names, or the fastest available set if LDI_ISA is not set or empty. Raises invalid_option if
-/// LDI_ISA names a set that is not available.
+/// Returns the instruction set that the environment variable LDI_ISA names, or the fastest available one if LDI_ISA is unset or
+/// empty. Raises invalid_option if the named instruction set is not available.
 inline isa best_isa() {
     const char* const forced = std::getenv("LDI_ISA");
     const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);
@@ -15059,8 +15060,8 @@ private:
         const tensor_size size{rgb.height(), rgb.width()}, result = network_.output_size(size);
         if (result != size)
             raise(error_code::mismatch, "depth network",
-                  "a result as large as the input, " + std::to_string(size.width) + " x " + std::to_string(size.height),
-                  std::to_string(result.width) + " x " + std::to_string(result.height));
+                  "a result as large as the input, " + std::to_string(size.height) + " x " + std::to_string(size.width),
+                  std::to_string(result.height) + " x " + std::to_string(result.width));
     }
 
     /// Disparity of each 8-bit output. If the network outputs disparity, values of at most 0 become half a quantization step,

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Checks that every public function and class of the computing folders has a benchmark in ldi_bench, except those below.
+"""Checks that every public function and class in FOLDERS has a benchmark in ldi_bench, unless EXCEPTIONS lists it.
 
-Reads only sources: declarations that start in the first column of a header, and names of benchmarks ("FOLDER/NAME...) in bench/. A
+Reads only sources: declarations that start in the first column of a header, and names of benchmarks ("FOLDER/NAME...") in bench/. A
 benchmark counts if its file also uses the name in code. The test cannot tell whether the benchmark measures the right thing."""
 
 import re

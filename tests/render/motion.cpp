@@ -14,8 +14,8 @@ namespace {
 const pinhole_camera photo_camera{300, 400, 350};
 const depth_range photo_range{1.5F, 12};
 
-/// Width, in pixels of the photo, that a camera at `position` uncovers on a surface at `depth_behind`, past the edge of a
-/// surface at `depth_in_front` that the photo shows at (x, y).
+/// Returns the width of the strip of the background at `depth_behind` that becomes visible when the camera moves to `position`,
+/// in pixels of the photo. The foreground, at `depth_in_front`, has its edge at (x, y) in the photo.
 float uncovered(const std::array<float, 3>& position, float x, float y, float depth_in_front, float depth_behind) {
     const std::array<float, 3> edge = photo_camera.unproject(x, y, depth_in_front);
     const float t = (-depth_behind - position[2]) / (edge[2] - position[2]);  // on the ray from the camera through the edge

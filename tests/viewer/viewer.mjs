@@ -685,7 +685,7 @@ await test("a message names a file that can't be shown, and the photo stays", op
     await page.locator("#message").waitFor();
     assert.match(await page.locator("#message").innerText(), /notes\.txt can't be shown.*not a GLB/);
     await drop(page, "cut.glb", glb.subarray(0, 5000));
-    await page.locator("#message", { hasText: "cut.glb can't be shown. It is cut off." }).waitFor();
+    await page.locator("#message", { hasText: "cut.glb can't be shown. The file is incomplete." }).waitFor();
     await page.evaluate(() => document.querySelector("photo-3d").report(""));
     assert.ok((await desk.psnr(await picture(page), before)) > 50);
 });

@@ -9,14 +9,14 @@ export function checkGlb(bytes) {
     if (bytes.byteLength < 20 || view.getUint32(0) !== 0x676c5446) throw new Error("It is not a GLB file."); // "glTF"
     if (view.getUint32(4, true) !== 2) throw new Error("It is a GLB file of a version other than 2.");
     const end = view.getUint32(8, true);
-    if (end > bytes.byteLength) throw new Error("It is cut off.");
+    if (end > bytes.byteLength) throw new Error("The file is incomplete.");
     const length = view.getUint32(12, true);
     if (view.getUint32(16, true) !== 0x4e4f534a || 20 + length > end) throw new Error("It has no JSON."); // "JSON"
     const binary = 28 + length;
     // three.js reads the last chunk of each kind, so only the two that are checked may be there.
     if (binary <= end && (view.getUint32(binary - 4, true) !== 0x004e4942 || binary + view.getUint32(binary - 8, true) !== end)) // "BIN"
         throw new Error("It has other parts than JSON and binary data.");
-    if (binary > end && 20 + length !== end) throw new Error("It is cut off.");
+    if (binary > end && 20 + length !== end) throw new Error("The file is incomplete.");
     let json;
     try {
         json = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 20, length)));

@@ -358,7 +358,7 @@ export class Photo3D extends Base {
         return this.#aspect || (given > 0 && given < Infinity ? given : 0) || poster.naturalWidth / poster.naturalHeight || slotted?.naturalWidth / slotted?.naturalHeight || 4 / 3;
     }
 
-    /** Updates whether the photo covers its box, and whether a button toggles this. */
+    /** Returns whether the photo should cover its box, and whether to offer a button that toggles this. */
     #cover(aspect, boxAspect) {
         const fit = this.getAttribute("fit");
         const filled = Math.min(aspect / boxAspect, boxAspect / aspect);

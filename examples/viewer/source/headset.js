@@ -12,7 +12,7 @@ const halfEyeDistance = 0.032;
 /** Limit of a head's motion if the file has none, as a share of the nearest surface's distance. */
 const headRoom = 0.4;
 
-/** Follows one session's head. Positions are in meters. */
+/** Tracks the viewer's head during one WebXR session. Positions are in meters. */
 export class Head {
     constructor() {
         /** The first pose, which becomes the photo's viewpoint. @type {{position: Vector3, turn: Quaternion} | null} */

@@ -1,4 +1,5 @@
-// Reads one HEIC photo in a Worker. createReader() is Emscripten's loader of the reader, which bundle.mjs prepends to this text.
+// Reads one HEIC photo in a Worker. createReader() loads the decoder, heic.wasm. Emscripten generates this function, and bundle.mjs prepends
+// it to this script.
 //
 // Message in:    {wasm, bytes, name}
 // Messages out:  {decoded: DecodedPhoto}, or {failure}

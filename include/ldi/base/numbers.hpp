@@ -89,7 +89,7 @@ template <class Real>
 Real rounded_product(Real a, Real b) noexcept {
 #if (defined(_MSC_VER) && !defined(__clang__)) || defined(__wasm__) || \
     ((defined(__x86_64__) || defined(__i386__)) && !defined(__FMA__) && !defined(__FMA4__))
-    return a * b;  // never fused: MSVC does not fuse, and the other targets have no fused multiply-add
+    return a * b;  // not fused: MSVC fuses only with /fp:fast or /fp:contract, and the other targets have no fused multiply-add
 #elif LDI_HAS_EXTENSIONS
     // The compiler must assume that the empty assembly changes the product.
     Real product = a * b;

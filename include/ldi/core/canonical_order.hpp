@@ -116,8 +116,9 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
         }
     if (order.size() != g.size() || wrong < order.size())
         raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels",
-              order.size() != g.size() ? std::to_string(order.size()) + " indices"
-                                       : "index " + std::to_string(order[wrong]) + " at " + std::to_string(wrong));
+              order.size() != g.size()
+                  ? std::to_string(order.size()) + " indices"
+                  : "a repeated or invalid index " + std::to_string(order[wrong]) + " at position " + std::to_string(wrong));
     graph_builder result(g.width(), g.height(), g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::int32_t old = order[static_cast<std::size_t>(i)];

@@ -66,7 +66,7 @@ struct pixel_values {
     const Scalar& operator()(std::size_t pixel, std::size_t channel = 0) const { return values[pixel * channels + channel]; }
 };
 
-/// Rules for coarser levels and vertices. first_of() returns the values of the first pixel.
+/// Functions for the members `coarser` and `at_vertex` of a column. first_of() returns the values of the first pixel.
 ///
 /// pixels  at least one
 template <class Scalar, std::size_t channels>

@@ -70,8 +70,8 @@ inline void check_available(const char* where, isa set) {
               std::string(to_string(set)));
 }
 
-/// Returns the set that LDI_ISA names, or the fastest available set if LDI_ISA is not set or empty. Raises invalid_option if
-/// LDI_ISA names a set that is not available.
+/// Returns the instruction set that the environment variable LDI_ISA names, or the fastest available one if LDI_ISA is unset or
+/// empty. Raises invalid_option if the named instruction set is not available.
 inline isa best_isa() {
     const char* const forced = std::getenv("LDI_ISA");
     const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);

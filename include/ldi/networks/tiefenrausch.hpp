@@ -208,8 +208,8 @@ private:
         const tensor_size size{rgb.height(), rgb.width()}, result = network_.output_size(size);
         if (result != size)
             raise(error_code::mismatch, "depth network",
-                  "a result as large as the input, " + std::to_string(size.width) + " x " + std::to_string(size.height),
-                  std::to_string(result.width) + " x " + std::to_string(result.height));
+                  "a result as large as the input, " + std::to_string(size.height) + " x " + std::to_string(size.width),
+                  std::to_string(result.height) + " x " + std::to_string(result.width));
     }
 
     /// Disparity of each 8-bit output. If the network outputs disparity, values of at most 0 become half a quantization step,

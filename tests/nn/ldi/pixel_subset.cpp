@@ -51,7 +51,7 @@ TEST_CASE("a subset lists its pixels in ascending order, and returns each pixel'
     }
 }
 
-TEST_CASE("a plan on subsets computes the same bits from the stored rows as the plan on all pixels") {
+TEST_CASE("on_subsets() lets a convolution read only the rows of a subset, with bit-identical results") {
     testing::for_random_graphs(2, 60, [](const testing::random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const auto weights = pack_convolution(best_isa(), testing::random_floats(random, 2 * 3 * 9),
