@@ -223,7 +223,9 @@ int main(int count, char** values) {
     queue_options options;
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     options.job = "job-" + std::to_string(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
-    app.add_option("--broker", options.broker, "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST")->capture_default_str();
+    app.add_option("--broker", options.broker, "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST")
+        ->envname("PHOTO3D_BROKER")  // other users of the machine can read command lines
+        ->capture_default_str();
     app.add_option("--queue", options.queue, "name of the queue")->capture_default_str();
     CLI::App* const sending = app.add_subcommand("submit", "reads keys of photos from standard input, one per line");
     sending

@@ -183,7 +183,9 @@ private:
         if (errno == ELOOP || errno == EMLINK || errno == ENOTDIR)
             raise(error_code::file_access, path_of(key), expected,
                   "a link (links are not followed), or a file instead of a folder");
-        raise_system_error(last_error(), path_of(key), expected);
+        if (errno == ENOENT || errno == EISDIR || errno == ENAMETOOLONG) raise_system_error(errno, path_of(key), expected);
+        // Any other error is one of the storage, such as a read-only disk, and a later try may succeed.
+        raise(error_code::unavailable, path_of(key), expected, "an error: " + system_reason(last_error()));
     }
 
     /// Opens the folder of an object, one folder of the path after the other. Raises invalid_data, file_access, unavailable.

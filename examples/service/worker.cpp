@@ -223,7 +223,9 @@ private:
 
 void describe(CLI::App& app, worker_options& options) {
     app.description("Converts the photos that the messages of a queue name. Options after -- are those of photo3d --batch.");
-    app.add_option("--broker", options.broker, "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST")->capture_default_str();
+    app.add_option("--broker", options.broker, "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST")
+        ->envname("PHOTO3D_BROKER")  // other users of the machine can read command lines
+        ->capture_default_str();
     app.add_option("--queue", options.queue, "name of the queue; results go to NAME.results and NAME.dead")
         ->capture_default_str();
     app.add_option("--photos", options.photos, "storage of the photos: a folder, or s3://BUCKET/PREFIX")->required();

@@ -110,7 +110,7 @@ for (const [name, bytes] of Object.entries({ ...assets, ...assetsOfThreads })) f
 const version = createHash("sha256");
 for (const bytes of [...files.values(), ...Object.values(assetsOfHeic)]) version.update(bytes);
 let offline = await readFile(join(source, "offline.js"), "utf8");
-offline = fill(offline, '"VERSION"', JSON.stringify(`photo3d ${version.digest("hex").slice(0, 16)}`));
+offline = fill(offline, '"VERSION"', JSON.stringify(version.digest("hex").slice(0, 16)));
 offline = fill(offline, '["FILES"]', JSON.stringify(["./", ...files.keys()]));
 files.set("offline.js", Buffer.from(offline));
 for (const [name, bytes] of Object.entries(assetsOfHeic)) files.set(`${name}.gz`, bytes);

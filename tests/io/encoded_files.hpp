@@ -162,7 +162,7 @@ inline byte_string tiff_file(const image<std::uint8_t>& picture, const tiff_writ
     TIFFSetField(file, TIFFTAG_PHOTOMETRIC, picture.channels() < 3 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB);
     TIFFSetField(file, TIFFTAG_COMPRESSION, writing.compression);
     TIFFSetField(file, TIFFTAG_ORIENTATION, writing.orientation);
-    TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, 5u);
+    TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, writing.compression == COMPRESSION_JPEG ? 16U : 5U);
     if (writing.subfile_type != 0) TIFFSetField(file, TIFFTAG_SUBFILETYPE, writing.subfile_type);
     if (picture.channels() == 4) {
         const std::uint16_t kind = EXTRASAMPLE_UNASSALPHA;

@@ -6,6 +6,7 @@
 #include <tests/io/encoded_files.hpp>
 #include <tests/io/item_files.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -141,6 +142,28 @@ TEST_CASE("WebP photos are decoded exactly: upright, composited on white, and wi
 #endif
 
 #if defined(LDI_WITH_LIBTIFF)
+
+TEST_CASE(
+    "TIFF photos with baseline JPEG are decoded; with progressive JPEG or any compression that ldi does not list, they are "
+    "unsupported") {
+    const byte_string jpeg = tiff_file(small_picture, {.compression = COMPRESSION_JPEG});
+    CHECK(largest_difference(decode_photo(jpeg).color, small_picture) < 60);
+    byte_string progressive = jpeg;
+    for (std::size_t i = 0; i + 1 < progressive.size(); ++i)
+        if (progressive[i] == std::byte{0xFF} && progressive[i + 1] == std::byte{0xC0}) progressive[i + 1] = std::byte{0xC2};
+    CHECK(raised([&] { decode_photo(progressive); }) == error_code::unsupported);
+    CHECK_THAT(message_of([&] { decode_photo(progressive); }), Catch::Contains("progressive JPEG"));
+    const byte_string lzw = tiff_file(small_picture, {.compression = COMPRESSION_LZW});
+    const byte_string entry = bytes_of(std::string_view("\3\1\3\0\1\0\0\0\5\0", 10));  // the tag, one SHORT, LZW
+    const auto at = std::search(lzw.begin(), lzw.end(), entry.begin(), entry.end()) - lzw.begin();
+    for (const unsigned compression : {6U, 34661U, 34712U, 34887U, 34925U, 50000U, 50001U, 65000U}) {
+        byte_string other = lzw;
+        other.at(static_cast<std::size_t>(at) + 8) = static_cast<std::byte>(compression & 255);
+        other.at(static_cast<std::size_t>(at) + 9) = static_cast<std::byte>(compression >> 8);
+        CHECK(raised([&] { decode_photo(other); }) == error_code::unsupported);
+        CHECK(raised([&] { estimate_photo(other); }) == error_code::unsupported);
+    }
+}
 
 TEST_CASE("TIFF photos of 8 and 16 bits are decoded exactly, in all orientations") {
     for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS})

@@ -132,6 +132,12 @@ function hostileFiles() {
         losslessWebp: withImage(losslessWebp),
         lossyWebp: withImage("RIFF\0\0\0\0WEBPVP8 \0\0\0\0\0\0\0\x9d\x01\x2a\xff\x3f\xff\x3f"),
         otherPicture: withImage("\0\0\0\x20ftypavif"),
+        compressedPicture: (() => {
+            const { json, binary } = takeApart(withImage(png("\x00\x01")));
+            Object.assign(json.bufferViews[json.images[0].bufferView], { extensions: meshopt(1) });
+            return putTogether({ json, binary });
+        })(),
+        morphTargets: plain((json) => (json.meshes[0].primitives[0].targets = Array(2000).fill({ POSITION: 0 }))),
         sharedMesh: plain((json) => (manyVertices(json), (json.nodes = Array.from({ length: 3000 }, () => ({ mesh: 0 }))))),
         sharedVertices: plain((json) => (json.meshes[0].primitives = Array(100_000).fill(json.meshes[0].primitives[0]))),
         instances: plain((json) => (json.nodes[0].extensions = { EXT_mesh_gpu_instancing: { attributes: {} } })),
@@ -516,6 +522,8 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             assert.throws(() => checkGlb(bytesOf(hostile[name])), /textures are too large/, name);
         assert.throws(() => checkGlb(bytesOf(hostile.otherPicture)), /not PNG, JPEG or WebP/);
         assert.throws(() => checkGlb(bytesOf(hostile.secondJson)), /other parts/);
+        assert.throws(() => checkGlb(bytesOf(hostile.compressedPicture)), /compressed a second time/);
+        assert.throws(() => checkGlb(bytesOf(hostile.morphTargets)), /morph targets/);
         assert.throws(() => checkGlb(bytesOf(hostile.sharedVertices)), /too many meshes/);
         assert.throws(() => checkGlb(bytesOf(hostile.instances)), /draws a mesh many times/);
         for (const name of ["cyclic", "deep"]) assert.throws(() => checkGlb(bytesOf(hostile[name])), /nested too deeply/, name);

@@ -456,7 +456,7 @@ async function testsOfChromium(browser, open, openShared) {
         await page.waitForFunction(() => navigator.serviceWorker.controller !== null);
         const change = async (name, from, to) => writeFile(join(renewed, name), (await readFile(join(renewed, name), "utf8")).replace(from, to));
         await change("index.html", "</title>", " 2</title>");
-        await change("offline.js", /photo3d [0-9a-f]{16}/, "photo3d 2");
+        await change("offline.js", /"[0-9a-f]{16}"/, '"2"');
         await page.evaluate(async () => {
             const changed = new Promise((resolve) => navigator.serviceWorker.addEventListener("controllerchange", resolve));
             await (await navigator.serviceWorker.ready).update();

@@ -59,6 +59,7 @@ function checkNodes(nodes) {
 /** Limits the number of drawn meshes and vertices. Nodes may share meshes, and meshes may share vertices. */
 function checkMeshes(nodes, meshes, accessors) {
     const drawn = meshes.map(({ primitives }) => (Array.isArray(primitives) ? primitives : []).map((part) => {
+        if (part?.targets !== undefined) throw new Error("It has morph targets.");
         const vertices = accessors[part?.attributes?.POSITION]?.count ?? 0;
         return Math.max(vertices, accessors[part?.indices]?.count ?? 0);
     }));
@@ -76,7 +77,8 @@ function checkMeshes(nodes, meshes, accessors) {
 function sizesOfImages(images, bufferViews, binary) {
     let texels = 0;
     return images.map(({ bufferView }) => {
-        const { byteOffset = 0, byteLength = 0 } = bufferViews[bufferView] ?? {};
+        const { byteOffset = 0, byteLength = 0, extensions } = bufferViews[bufferView] ?? {};
+        if (extensions !== undefined) throw new Error("Its textures are compressed a second time.");
         const size = sizeOfPicture(binary.subarray(byteOffset, byteOffset + byteLength));
         if (size === undefined) throw new Error("Its textures are not PNG, JPEG or WebP pictures.");
         texels += size[0] * size[1];

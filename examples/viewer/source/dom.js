@@ -44,7 +44,7 @@ const helpText =
 export function makeParts(root) {
     const canvas = make("canvas", { id: "canvas", part: "canvas", hidden: true });
     const poster = make("img", { id: "poster", part: "poster", alt: "", draggable: "false", hidden: true });
-    const photo = make("div", { id: "photo", part: "photo", role: "img", tabindex: "0", "aria-describedby": "help" }, make("slot", { name: "poster" }, poster), canvas);
+    const photo = make("div", { id: "photo", part: "photo", role: "img", tabindex: "0", "aria-label": "3D photo", "aria-describedby": "help" }, make("slot", { name: "poster" }, poster), canvas);
     const caption = make("div", { id: "caption", part: "caption", hidden: true });
     const hint = make("div", { id: "hint", part: "hint", "aria-hidden": "true", hidden: true });
     const message = make("div", { id: "message", part: "message", role: "status", hidden: true });

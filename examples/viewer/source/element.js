@@ -117,9 +117,10 @@ export class Photo3D extends Base {
             poster.hidden = value === null;
         }
         if (name === "alt") {
+            const isDecorative = value === "";
             photo.setAttribute("aria-label", value || "3D photo");
-            photo.tabIndex = value === "" ? -1 : 0; // decorative
-            photo.setAttribute("role", value === "" ? "presentation" : "img");
+            photo.tabIndex = isDecorative ? -1 : 0;
+            photo.setAttribute("aria-hidden", String(isDecorative));
         }
         if (name === "caption") {
             caption.textContent = value ?? "";

@@ -51,20 +51,30 @@ export class Converter {
         this.pending = new Map();
         this.lastId = 0;
         /**
-         * Settles when the networks are loaded. Null after the Worker has failed; the next photo starts another Worker.
+         * Settles when the networks are loaded. Null after a failure; the next photo starts another Worker.
          *
          * @type {Promise<{milliseconds: number, threads: number}> | null}
          */
-        this.ready = this.start();
+        this.ready = this.begin();
         /** Settles after the code has warmed up, or earlier if a photo arrives. @type {Promise<{milliseconds: number}>} */
         this.warm = new Promise((resolve) => (this.whenWarm = resolve));
-        this.ready.catch(() => {}); // convert() reports the error
+    }
+
+    begin() {
+        const ready = this.start();
+        ready.catch(() => {
+            if (this.ready === ready) this.ready = null; // convert() reports the error
+        });
+        return ready;
     }
 
     async start() {
         const weights = Promise.all(["depth.safetensors", "inpainting.halves"].map(readAsset));
         if (!canHaveThreads()) return this.startWith("converter", await weights);
-        return this.startWith("converter_threads", await weights).catch(async () => this.startWith("converter", await weights));
+        return this.startWith("converter_threads", await weights).catch(async () => {
+            this.worker?.terminate();
+            return this.startWith("converter", await weights);
+        });
     }
 
     /**
@@ -122,10 +132,10 @@ export class Converter {
      * @returns {Promise<Photo3d>}
      */
     async convert(bytes, name, onProgress, isExact = false) {
-        await (this.ready ??= this.start());
+        await (this.ready ??= this.begin());
         onProgress("reading photo", 0);
         const { decoded, refusal } = await readHeic(bytes, name);
-        await (this.ready ??= this.start());
+        await (this.ready ??= this.begin());
         return new Promise((resolve, reject) => {
             const id = ++this.lastId;
             this.pending.set(id, { resolve, reject, onProgress });

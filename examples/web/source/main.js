@@ -77,10 +77,12 @@ async function convert(file) {
     }
 }
 
-/** Shows the 3D photo from its beginning. */
-async function open() {
-    setView("shown");
+/** Shows the 3D photo from its beginning. @param {"shown" | "recording"} view */
+async function open(view = "shown") {
+    setView(view);
+    isBusy = true; // until the photo is drawn
     const canvas = await showPhoto(element("frame"), shown.page);
+    setView(view);
     const inside = element("frame").contentWindow;
     listenForFiles(inside);
     inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
@@ -96,9 +98,8 @@ async function saveVideo() {
     setView("busy");
     showProgress("Recording the video", 0);
     try {
-        const canvas = await open();
+        const canvas = await open("recording");
         if (!canvas) throw new Error("The 3D photo can't be shown, so it can't be recorded.");
-        setView("recording");
         const video = await record(canvas, videoSeconds, (fraction) => showProgress("Recording the video", fraction));
         save(video, `${shown.name}.${video.type.startsWith("video/mp4") ? "mp4" : "webm"}`);
         say("The video is saved.");

@@ -4,7 +4,9 @@
 
 // `files` does not list the HEIC reader. The service worker caches it after the first photo that needs it.
 
-const version = "VERSION";
+/** Name of the cache. The address distinguishes it from the caches of other copies of the page on the same server. */
+const prefix = `photo3d ${registration.scope} `;
+const version = prefix + "VERSION";
 const files = ["FILES"];
 
 /** Requests a file from the server itself, because the browser's own cache may contain an older version under the same name. */
@@ -20,7 +22,7 @@ addEventListener("install", (event) => {
 });
 
 addEventListener("activate", (event) => {
-    const isOld = (name) => name.startsWith("photo3d ") && name !== version;
+    const isOld = (name) => name.startsWith(prefix) && name !== version;
     event.waitUntil(caches.keys().then((names) => Promise.all(names.filter(isOld).map((name) => caches.delete(name)))));
     event.waitUntil(clients.claim());
 });

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/numbers.hpp>
+#include <ldi/formats/picture_header.hpp>
 #include <ldi/io/detail/decoding_budget.hpp>
 #include <ldi/io/detail/stored_photo.hpp>
 #include <ldi/io/detail/tiff_directory.hpp>
@@ -85,6 +86,17 @@ inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
     }
 }
 
+/// Whether JPEG data have a progressive frame, whose cost depends on its scans.
+inline bool is_progressive_jpeg(std::span<const std::byte> jpeg) {
+    for (std::size_t at = 2; at + 4 <= jpeg.size() && jpeg[at] == std::byte{0xFF};) {
+        const unsigned marker = std::to_integer<unsigned>(jpeg[at + 1]);
+        if (marker == 0xC2 || marker == 0xC6 || marker == 0xCA || marker == 0xCE) return true;
+        if (marker == 0xDA) return false;
+        at += marker == 0xFF ? 1 : 2 + big_endian_16(jpeg, at + 2);  // a marker may follow any number of fill bytes
+    }
+    return false;
+}
+
 /// An open TIFF file. The constructor reads its directory and charges the cost of decoding.
 struct opened_tiff {
     tiff_memory memory;
@@ -118,6 +130,28 @@ struct opened_tiff {
     }
 
 private:
+    /// Returns whether the file is compressed as JPEG. Raises unsupported for compressions whose decoders may use more memory or
+    /// time than the size of a strip or tile suggests, or end the program (JBIG).
+    bool check_compression(const std::string& where) const {
+        std::uint16_t compression = COMPRESSION_NONE;
+        TIFFGetFieldDefaulted(file.get(), TIFFTAG_COMPRESSION, &compression);
+        switch (compression) {
+            case COMPRESSION_NONE:
+            case COMPRESSION_CCITTRLE:
+            case COMPRESSION_CCITTFAX3:
+            case COMPRESSION_CCITTFAX4:
+            case COMPRESSION_LZW:
+            case COMPRESSION_ADOBE_DEFLATE:
+            case COMPRESSION_DEFLATE:
+            case COMPRESSION_PACKBITS: return false;
+            case COMPRESSION_JPEG: return true;
+            default:
+                raise(error_code::unsupported, where,
+                      "a TIFF file without compression, or with LZW, Deflate, PackBits, CCITT or JPEG",
+                      "compression " + std::to_string(compression));
+        }
+    }
+
     /// Reads the directory into `header`, and charges the cost of decoding.
     void charge_header(decoding_budget& budget, const std::string& where) {
         std::uint32_t width = 0, height = 0, kind = 0;
@@ -128,6 +162,7 @@ private:
         TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width);
         TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height);
         if (width == 0 || height == 0) broken(where);
+        const bool is_jpeg = check_compression(where);
         header.format = picture_format::tiff;
         header.width = width, header.height = height;
         header.memory_per_pixel = 8;  // packed RGBA, then RGB
@@ -150,8 +185,13 @@ private:
         const std::uint32_t parts = is_tiled ? TIFFNumberOfTiles(file.get()) : TIFFNumberOfStrips(file.get());
         const double size = nearest_double(memory.bytes.size());
         double coded = 0;
-        for (std::uint32_t i = 0; i < parts && coded <= 2 * size; ++i)
-            coded += (std::min)(nearest_double(TIFFGetStrileByteCount(file.get(), i)), size);
+        for (std::uint32_t i = 0; i < parts && coded <= 2 * size; ++i) {
+            const std::uint64_t begin = TIFFGetStrileOffset(file.get(), i), bytes = TIFFGetStrileByteCount(file.get(), i);
+            coded += (std::min)(nearest_double(bytes), size);
+            if (is_jpeg && begin < memory.bytes.size() &&
+                is_progressive_jpeg(memory.bytes.subspan(static_cast<std::size_t>(begin))))
+                raise(error_code::unsupported, where, "baseline JPEG in a TIFF file", "progressive JPEG");
+        }
         if (coded > 2 * size) raise(error_code::too_large, where, "strips or tiles of at most twice the file's size", "more");
         // libtiff decodes all channels, although the photo uses at most four of them.
         std::uint16_t channels = 1;
