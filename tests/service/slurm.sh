@@ -119,7 +119,15 @@ refuses_equal_names() {
         is_refused "1 " '"/a/1.jpg"' '{"photo": "/b/1.jpg", "output": "b1.glb"}' '"/b/2.jpg"' && is_refused "1 " '{"photo": "1.jpg", "output": "x.glb"}'
 }
 
+# Without the tasks between its steps, photos would be skipped.
+refuses_steps() {
+    local said
+    ! said=$(PHOTO3D=true SLURM_ARRAY_TASK_ID=0 SLURM_ARRAY_TASK_MIN=0 SLURM_ARRAY_TASK_MAX=98 SLURM_ARRAY_TASK_COUNT=50 \
+        bash examples/service/photos.sbatch "$work/twice.jsonl" "$work/none" 2>&1) && [[ $said == *"found 50 tasks from 0 to 98" ]]
+}
+
 count_step "a list with two photos that would have the same output is refused" refuses_equal_names
+count_step "an array with a step is refused" refuses_steps
 if ! count_step "a cluster of one node starts" start_cluster || [ "$failed" != 0 ]; then
     print_tally
     exit 1
