@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the program photo3d of another revision and of this working tree, runs both in turns on the photos of
 # bench/photo3d/run.sh, and prints the ratios of all stages: this tree's processor time divided by the other's. Ends with
-# "this tree takes D of REVISION"; D is the geometric mean of the photos' ratios.
+# "this tree takes D of REVISION; single pairs of runs: D to D"; the first number is the geometric mean of the photos' ratios.
 #
 #   bench/compare.sh REVISION [RUNS]     default: medians of 5 runs
 set -euo pipefail

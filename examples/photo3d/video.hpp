@@ -184,24 +184,21 @@ inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera
     return views;
 }
 
-/// Writes the depth map and the video, if requested. Raises invalid_option if the folder contains frames of a longer video;
-/// the errors of file_set::write() and pipe_to_program.
+/// Writes the depth map and the video, if requested. Raises the errors of file_set::write() and pipe_to_program.
 template <executor Executor>
 void save_video(const photo3d& result, photo_texture& texture, const video_options& v, output_files& files, Executor& threads) {
+    raster_options raster;
+    raster.z_near = 0.01F * result.facts.range.z_near;
     if (!v.depth_map.empty()) {
         view own;
         own.camera = result.facts.camera;
-        raster_options raster;
-        raster.z_near = 0.01F * result.facts.range.z_near;
         const rendering seen = rasterize(result.mesh, result.atlas.color, own, raster, threads);
         files.write(v.depth_map, encode_png(disparity_map(seen.depth, result.facts.range)));
     }
     if (v.output.empty()) return;
     const std::size_t frames = v.frame_count();
     const std::vector<view> views = frame_views(result, texture.camera(), v, frames);
-    raster_options raster;
     raster.samples = 2;
-    raster.z_near = 0.01F * result.facts.range.z_near;
     const auto draw = [&](std::size_t i) { return texture.draw(views[i], raster, threads).color; };
     const auto frame = [&](std::size_t i) {
         if (views.size() == frames) return draw(i);

@@ -27533,6 +27533,20 @@ inline bool are_huffman_tables(std::span<const std::byte> body) {
     return true;
 }
 
+/// Returns the offset of the first marker of a JPEG file at or after `at`, or the end of the file. Skips stray bytes between
+/// segments, which some cameras write. Inside a scan, skips FF 00, which is data, and FF D0 to FF D7, which are restart markers.
+inline std::size_t find_jpeg_marker(std::span<const std::byte> bytes, std::size_t at) {
+    while (at + 1 < bytes.size()) {
+        const void* const next = std::memchr(bytes.data() + at, 0xFF, bytes.size() - 1 - at);
+        if (next == nullptr) break;
+        at = static_cast<std::size_t>(static_cast<const std::byte*>(next) - bytes.data());
+        const unsigned follower = byte_at(bytes, at + 1);
+        if (follower != 0xFF && follower != 0 && follower != 1 && (follower < 0xD0 || follower > 0xD8)) return at;
+        at += follower == 0xFF ? 1 : 2;
+    }
+    return bytes.size();
+}
+
 /// Walks the segments of a JPEG file up to the end of its first picture.
 class jpeg_header_reader {
 public:
@@ -27542,7 +27556,7 @@ public:
 
     picture_header read() {
         for (std::size_t at = 2;;) {
-            at = find_marker(at);
+            at = find_jpeg_marker(bytes_, at);
             if (at + 1 >= bytes_.size()) broken("a file that is cut off after " + std::to_string(bytes_.size()) + " bytes");
             const unsigned marker = byte_at(bytes_, at + 1);
             at += 2;
@@ -27568,20 +27582,6 @@ private:
     [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::jpeg, where_, found); }
     [[noreturn]] void unsupported(const std::string& found) const {
         raise(error_code::unsupported, where_, "a JPEG file with 8-bit gray, YCbCr, RGB or Adobe CMYK colors", found);
-    }
-
-    /// Returns the offset of the first marker at or after `at`, or the end of the file. Skips stray bytes between segments, which
-    /// some cameras write. Inside a scan, skips FF 00, which is data, and FF D0 to FF D7, which are restart markers.
-    std::size_t find_marker(std::size_t at) const {
-        while (at + 1 < bytes_.size()) {
-            const void* const next = std::memchr(bytes_.data() + at, 0xFF, bytes_.size() - 1 - at);
-            if (next == nullptr) break;
-            at = static_cast<std::size_t>(static_cast<const std::byte*>(next) - bytes_.data());
-            const unsigned follower = byte_at(bytes_, at + 1);
-            if (follower != 0xFF && follower != 0 && follower != 1 && (follower < 0xD0 || follower > 0xD8)) return at;
-            at += follower == 0xFF ? 1 : 2;
-        }
-        return bytes_.size();
     }
 
     void read_segment(unsigned marker, std::span<const std::byte> body) {

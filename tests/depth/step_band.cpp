@@ -55,7 +55,7 @@ void check_band(const image<float>& map, const step_band_options& options = {}) 
             std::int32_t least = std::numeric_limits<std::int32_t>::max(), nearest = -1;
             for (std::int32_t c = 0; c < curve.count(); ++c) {
                 const std::int32_t dx = curve[c].x - x, dy = curve[c].y - y, squared = dx * dx + dy * dy;
-                // Of equally near curve pixels, prefers the leftmost, then the uppermost.
+                // Prefers the leftmost, then the uppermost, among curve pixels at the same distance.
                 if (squared < least || (squared == least && curve[c].x < curve[nearest].x)) least = squared, nearest = c;
             }
             const std::int32_t i = band.region.number(x, y);

@@ -153,6 +153,10 @@ TEST_CASE(
         if (progressive[i] == std::byte{0xFF} && progressive[i + 1] == std::byte{0xC0}) progressive[i + 1] = std::byte{0xC2};
     CHECK(raised([&] { decode_photo(progressive); }) == error_code::unsupported);
     CHECK_THAT(message_of([&] { decode_photo(progressive); }), Catch::Contains("progressive JPEG"));
+    // libjpeg skips stray bytes and fill bytes before a marker.
+    const byte_string strip = bytes_of(std::string_view("\xFF\xD8zz\xFF\xFF\xE0\0\4ab\xFF\xFF\xC2\0\x0B", 16));
+    CHECK(detail::is_progressive_jpeg(strip));
+    CHECK_FALSE(detail::is_progressive_jpeg(std::span(strip).first(11)));
     const byte_string lzw = tiff_file(small_picture, {.compression = COMPRESSION_LZW});
     const byte_string entry = bytes_of(std::string_view("\3\1\3\0\1\0\0\0\5\0", 10));  // the tag, one SHORT, LZW
     const auto at = std::search(lzw.begin(), lzw.end(), entry.begin(), entry.end()) - lzw.begin();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/numbers.hpp>
+#include <ldi/formats/jpeg_png_header.hpp>
 #include <ldi/formats/picture_header.hpp>
 #include <ldi/io/detail/decoding_budget.hpp>
 #include <ldi/io/detail/stored_photo.hpp>
@@ -86,13 +87,13 @@ inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
     }
 }
 
-/// Whether JPEG data have a progressive frame, whose cost depends on its scans.
+/// Whether JPEG data have a progressive frame, whose cost depends on its scans. Time is linear in the bytes.
 inline bool is_progressive_jpeg(std::span<const std::byte> jpeg) {
-    for (std::size_t at = 2; at + 4 <= jpeg.size() && jpeg[at] == std::byte{0xFF};) {
-        const unsigned marker = std::to_integer<unsigned>(jpeg[at + 1]);
+    for (std::size_t at = find_jpeg_marker(jpeg, 0); at + 4 <= jpeg.size();) {
+        const unsigned marker = byte_at(jpeg, at + 1);
         if (marker == 0xC2 || marker == 0xC6 || marker == 0xCA || marker == 0xCE) return true;
         if (marker == 0xDA) return false;
-        at += marker == 0xFF ? 1 : 2 + big_endian_16(jpeg, at + 2);  // a marker may follow any number of fill bytes
+        at = find_jpeg_marker(jpeg, at + 2 + big_endian_16(jpeg, at + 2));
     }
     return false;
 }
@@ -188,8 +189,11 @@ private:
         for (std::uint32_t i = 0; i < parts && coded <= 2 * size; ++i) {
             const std::uint64_t begin = TIFFGetStrileOffset(file.get(), i), bytes = TIFFGetStrileByteCount(file.get(), i);
             coded += (std::min)(nearest_double(bytes), size);
-            if (is_jpeg && begin < memory.bytes.size() &&
-                is_progressive_jpeg(memory.bytes.subspan(static_cast<std::size_t>(begin))))
+            const std::uint64_t first = (std::min)(begin, std::uint64_t{memory.bytes.size()});
+            const std::span<const std::byte> rest = memory.bytes.subspan(static_cast<std::size_t>(first));
+            // libtiff passes only these bytes to its decoder, so the sum above also bounds this search.
+            if (is_jpeg &&
+                is_progressive_jpeg(rest.first(static_cast<std::size_t>((std::min)(bytes, std::uint64_t{rest.size()})))))
                 raise(error_code::unsupported, where, "baseline JPEG in a TIFF file", "progressive JPEG");
         }
         if (coded > 2 * size) raise(error_code::too_large, where, "strips or tiles of at most twice the file's size", "more");
