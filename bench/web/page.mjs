@@ -21,19 +21,17 @@ const print = (name, value, unit = "ms") => console.log(`${name.padEnd(44)} ${va
 /** Opens the page, and makes it record when a file is chosen, and when the 3D photo of that file has been drawn and turns. */
 async function openTimed(browser) {
     const page = await openPage(browser, address);
+    await page.waitForFunction(() => document.getElementById("frame").contentDocument.querySelector("photo-3d")?.state);
     await page.evaluate(() => {
-        const shown = () => document.getElementById("frame").contentDocument.querySelector("photo-3d");
+        const shown = document.getElementById("frame").contentDocument.querySelector("photo-3d");
         document.getElementById("file").addEventListener("change", () => {
             const chosen = performance.now();
-            const before = shown();
             window.timeUntilTurning = new Promise((resolve) => {
                 const look = () => {
-                    const photo = shown();
-                    const isTurning = photo?.complete && photo !== before && photo.state().reach.right !== 0;
-                    if (isTurning) resolve(performance.now() - chosen);
+                    if (shown.state().reach.right !== 0) resolve(performance.now() - chosen);
                     else requestAnimationFrame(look);
                 };
-                look();
+                shown.addEventListener("load", look, { once: true });
             });
         }, true);
     });

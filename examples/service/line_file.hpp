@@ -65,10 +65,11 @@ public:
         return true;
     }
 
-    /// Writes all added lines to disk. Raises file_access, unavailable. After an error, none of these lines is in the file, and
-    /// the next call tries again.
+    /// Writes all added lines to disk. Raises file_access, unavailable. After an error, the next call removes what it finds
+    /// of these lines, and tries again.
     void save() {
         if (text_.empty()) return;
+        if (ftruncate(file_.number, saved_) != 0) fail();  // if the last call could not remove its lines
         if (!append(text_) || fdatasync(file_.number) != 0) {
             const int why = errno;
             if (ftruncate(file_.number, saved_) != 0) fail();

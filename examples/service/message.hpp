@@ -86,7 +86,7 @@ inline photo_message parse_message(const std::string& body) {
                std::to_string(photo_message::max_job_bytes));
     for (const nlohmann::json& key : *photos) {
         if (!key.is_string()) refuse(shown);
-        check_key(key.get_ref<const std::string&>());
+        check_photo_key(key.get_ref<const std::string&>());
         message.photos.push_back(key);
     }
     return message;

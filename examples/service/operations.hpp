@@ -84,7 +84,7 @@ private:
 /// Answers requests for /metrics and /health over HTTP on its own thread.
 class operations_server {
 public:
-    /// address  HOST:PORT; empty: no server
+    /// address  HOST:PORT, or [HOST]:PORT for an IPv6 address; empty: no server
     /// health   returns an object with one member per dependency: true if it is available, else false
     ///
     /// Raises invalid_option, unavailable.
@@ -109,8 +109,10 @@ public:
             const int yes = 1;
             setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
         });
-        if (!server_.bind_to_port(address.substr(0, colon), port))
-            raise(error_code::unavailable, "--http", "an address that no other program uses", address);
+        std::string host = address.substr(0, colon);
+        if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+        if (!server_.bind_to_port(host, port))
+            raise(error_code::unavailable, "--http", "an address of this machine that no other program uses", address);
         thread_ = std::thread([this] { server_.listen_after_bind(); });
     }
     ~operations_server() {

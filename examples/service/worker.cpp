@@ -231,7 +231,7 @@ void describe(CLI::App& app, worker_options& options) {
     app.add_option("--photos", options.photos, "storage of the photos: a folder, or s3://BUCKET/PREFIX")->required();
     app.add_option("--outputs", options.outputs, "storage for GLB files and documents: a folder, or s3://BUCKET/PREFIX")
         ->required();
-    app.add_option("--http", options.http, "HOST:PORT that answers /metrics and /health; default: none");
+    app.add_option("--http", options.http, "HOST:PORT or [IPV6]:PORT that answers /metrics and /health; default: none");
     app.add_option("--prefetch", options.prefetch, "maximum number of messages that the worker holds at once")
         ->check(whole_between(1, 1000))
         ->capture_default_str();

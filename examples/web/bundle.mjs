@@ -95,7 +95,7 @@ function makePage(assetsText, server, heic) {
     let page = fill(template, "THE POLICY", policy);
     page = fill(page, "THE FORMATS", `JPEG, PNG, GIF, BMP, WebP and AVIF; HEIC ${heic}.`);
     page = fill(page, "/* the style goes here */", style);
-    page = fill(page, "<!-- the assets go here -->", assetsText);
+    page = fill(page, "<!-- the assets go here -->", assetsText).replace(/<!-- [^]*? -->\n/g, "");
     return fill(page, "/* the program goes here */", program);
 }
 

@@ -8,6 +8,7 @@
 #include <tests/io/item_files.hpp>
 #include <tests/io/phone_files.hpp>
 
+#include <array>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -54,6 +55,12 @@ void add_pictures(const std::filesystem::path& folder) {
 #endif
 #if defined(LDI_WITH_LIBTIFF)
     add(folder, "lzw.tif", tiff_file(picture, {.orientation = 6}));
+    add(folder, "packbits.tif", tiff_file(picture, {.compression = COMPRESSION_PACKBITS}));
+    add(folder, "jpeg.tif", tiff_file(picture, {.compression = COMPRESSION_JPEG}));
+    const image<std::uint8_t> gray = smooth_picture(24, 32, 1);
+    for (const std::uint16_t fax :
+         std::array<std::uint16_t, 3>{COMPRESSION_CCITTRLE, COMPRESSION_CCITTFAX3, COMPRESSION_CCITTFAX4})
+        add(folder, "fax" + std::to_string(fax) + ".tif", tiff_file(gray, {.compression = fax, .bits = 1}));
     add(folder, "deflate.tif", tiff_file(picture, {.compression = COMPRESSION_ADOBE_DEFLATE, .bits = 16}));
 #endif
 #if defined(LDI_WITH_LIBHEIF)

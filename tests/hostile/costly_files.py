@@ -9,6 +9,7 @@ import json
 import os
 import struct
 import sys
+import zlib
 
 from PIL import Image
 
@@ -92,6 +93,16 @@ def png_with_profile(content):
     return written.getvalue()
 
 
+def png_of_empty_blocks(millions):
+    """One pixel, after empty blocks of compressed data of 10 bits each."""
+    def chunk(kind, content):
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    data = b"\x78\x01" + b"\x02\x08\x20\x80\0" * (250_000 * millions) + zlib.compress(b"\0\x80")[2:]
+    header = struct.pack(">IIBBBBB", 1, 1, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
 def safetensors(tensors):
     with open("examples/models/tiefenrausch_small.safetensors", "rb") as sound:
         header, data = {"__metadata__": json.loads(sound.read(struct.unpack("<Q", sound.read(8))[0]))["__metadata__"]}, b""
@@ -127,6 +138,7 @@ def main():
         "tiff_many_high_tiles.tif": tiff((16, 2_000_000), 1024, 1, 64),
         "tiff_strips_of_the_same_bytes.tif": tiff_strips(1_000_000, 1_000_000),
         "png_profile_of_26000_elements.png": png_with_profile(profile(26_000)),
+        "png_of_8_million_empty_blocks.png": png_of_empty_blocks(8),
         "weights_65535_additions.safetensors": additions(65_535),
     }
     for name, content in files.items():

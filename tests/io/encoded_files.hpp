@@ -149,7 +149,8 @@ struct tiff_writing {
     byte_string icc = {};
 };
 
-/// Makes a file of an H x W x C picture; 16-bit values are the 8-bit values times 257.
+/// Makes a file of an H x W x C picture; 16-bit values are the 8-bit values times 257. With 1 bit, C must be 1, and the bits of a
+/// row's first W / 8 values are its pixels.
 inline byte_string tiff_file(const image<std::uint8_t>& picture, const tiff_writing& writing = {}) {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "a.tif";
@@ -173,7 +174,7 @@ inline byte_string tiff_file(const image<std::uint8_t>& picture, const tiff_writ
     for (std::size_t y = 0; y < picture.height(); ++y) {
         std::vector<std::uint8_t> row;
         for (std::size_t i = 0; i < picture.width() * picture.channels(); ++i)
-            for (unsigned byte = 0; byte < writing.bits / 8U; ++byte) row.push_back(picture.row(y)[i]);
+            for (unsigned byte = 0; byte < (writing.bits + 7U) / 8U; ++byte) row.push_back(picture.row(y)[i]);
         TIFFWriteScanline(file, row.data(), static_cast<std::uint32_t>(y), 0);
     }
     TIFFClose(file);

@@ -11,8 +11,12 @@
 #include <tests/io/phone_files.hpp>
 #include <tests/support/peak_memory.hpp>
 
+#include <algorithm>
+#include <random>
 #include <string>
 #include <vector>
+
+#include <zlib.h>
 
 using namespace ldi;
 using namespace ldi::testing;
@@ -387,6 +391,49 @@ TEST_CASE("a GIF file whose codes expand to fewer or more pixels than its pictur
     CHECK_THAT(message_of([&] { decode_photo(gif(88)); }), Catch::Contains("cut off"));  // 1 + 2 + ... + 89 = 4005 of 4096 pixels
     CHECK_THAT(message_of([&] { decode_photo(gif(100)); }), Catch::Contains("more data than its picture has"));
     CHECK_THAT(message_of([&] { decode_photo(gif(100'000)); }), Catch::Contains("more data than its picture has"));
+}
+
+/// A gray PNG file of width x 1 pixels whose data begins with empty blocks, 4 in 5 bytes. IDAT chunks have at most 100,000 bytes.
+byte_string png_with_empty_blocks(std::size_t blocks, std::uint16_t width) {
+    byte_string data = bytes_of("\x78\x01");
+    for (std::size_t i = 0; i < blocks; i += 4) append(data, bytes_of(std::string_view("\x02\x08\x20\x80\0", 5)));
+    const std::uint16_t stored = static_cast<std::uint16_t>(width + 1);  // a filter byte, and the pixels
+    append(data, {std::byte{1}});                                        // the last block, stored
+    append(data, little_endian(stored, 2)), append(data, little_endian(static_cast<std::uint16_t>(~stored), 2));
+    byte_string row(stored, std::byte{7});
+    row[0] = std::byte{0};
+    const unsigned long sum = ::adler32(1, reinterpret_cast<const unsigned char*>(row.data()), stored);
+    append(data, row), append(data, big_endian(static_cast<std::uint32_t>(sum), 4));
+
+    byte_string header = big_endian(width, 4);
+    append(header, big_endian(1, 4)), append(header, bytes_of(std::string_view("\x08\0\0\0\0", 5)));
+    byte_string file = bytes_of("\x89PNG\r\n\x1A\n");
+    append(file, png_chunk("IHDR", header));
+    for (std::size_t begin = 0; begin < data.size(); begin += 100'000) {
+        const auto first = data.begin() + static_cast<std::ptrdiff_t>(begin);
+        append(file,
+               png_chunk("IDAT",
+                         {first, first + static_cast<std::ptrdiff_t>((std::min)(data.size() - begin, std::size_t{100'000}))}));
+    }
+    append(file, png_chunk("IEND", {}));
+    return file;
+}
+
+TEST_CASE("a PNG file with more than a million blocks of compressed data is too large") {
+    CHECK(decode_photo(png_with_empty_blocks(1000, 5)).color(0, 4, 0) == 7);
+    CHECK(message_of([] { decode_photo(png_with_empty_blocks(1'000'004, 5)); }) ==
+          "photo: expected a PNG file with at most 1000000 blocks of compressed data, found more blocks (too large)");
+}
+
+TEST_CASE("a PNG file with damaged data is damaged even if it is too long to be decoded without counting its blocks") {
+    const std::size_t height = 1000, width = 1500;
+    byte_string noise(height * width);
+    std::mt19937 engine(1);
+    for (std::byte& value : noise) value = static_cast<std::byte>(engine());
+    byte_string file = png_file(width, height, 8, 0, noise);
+    CHECK(decode_photo(file).color(height - 1, width - 1, 2) == static_cast<std::uint8_t>(noise.back()));
+    file[43] ^= std::byte{0x06};  // the kind of the first block
+    CHECK_THAT(message_of([&] { decode_photo(with_right_checksums(file)); }), Catch::Contains("data that cannot be inflated"));
 }
 
 #if defined(LDI_WITH_LIBWEBP)

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <tests/support/files.hpp>
 
+#include <optional>
 #include <string>
 
 using namespace ldi;
@@ -26,7 +27,7 @@ TEST_CASE("a written message is read back unchanged") {
 
 TEST_CASE("a message with a job and keys of maximum length is read, even if the keys are escaped") {
     std::string key;
-    for (int i = 0; i < 1000; ++i) key += R"(\u006b)";
+    for (int i = 0; i < 995; ++i) key += R"(\u006b)";
     std::string keys = "[";
     for (std::size_t i = 0; i < photo_message::max_photos; ++i) keys += (i == 0 ? "\"" : ",\"") + key + "\"";
     CHECK(parse_message(message(std::string(photo_message::max_job_bytes, 'j'), keys + "]")).photos.size() ==
@@ -49,10 +50,13 @@ TEST_CASE("malformed messages, unsafe keys and oversized messages are refused") 
     CHECK(raised([&] { parse_message(std::string(photo_message::max_bytes + 1, '[')); }) == error_code::too_large);
 }
 
-TEST_CASE("a key is refused if the keys of its outputs would be too long") {
+TEST_CASE("a key is refused, also in a message, if the keys of its outputs would be too long") {
     CHECK_NOTHROW(output_keys(std::string(995, 'k')));
     for (const std::size_t length : {996U, 997U, 1000U})
-        CHECK(raised([&] { output_keys(std::string(length, 'k')); }) == error_code::invalid_data);
+        for (const std::optional<error_code> code : {raised([&] { output_keys(std::string(length, 'k')); }), raised([&] {
+                                                         parse_message(message("a", "[\"" + std::string(length, 'k') + "\"]"));
+                                                     })})
+            CHECK(code == error_code::invalid_data);
     for (const std::string& bad : {std::string(996, 'k'), std::string("folder/"), std::string()})
         CHECK_THROWS_WITH(check_photo_key(bad, "keys, line 3"),
                           Catch::StartsWith("keys, line 3: expected keys of at most 995 bytes, like folder/photo.jpg, found"));

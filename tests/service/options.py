@@ -40,7 +40,7 @@ with tempfile.TemporaryDirectory() as top:
         ([*folders, "--ptohos", "a"], "unknown option --ptohos; did you mean --photos?"),
         ([*folders, "--broker", "amqps://x/"], "--broker: expected amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST, found a different address"),
         ([*folders, "--http", "127.0.0.1:29101zz"], "--http: expected HOST:PORT, found 127.0.0.1:29101zz"),
-        *(([*folders, "--http", address], f"--http: expected HOST:PORT, found {address}") for address in ("127.0.0.1", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:-1")),
+        *(([*folders, "--http", address], f"--http: expected HOST:PORT, found {address}") for address in ("127.0.0.1", "127.0.0.1:", "[::1]", "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:-1")),
         ([*folders, "--", "--fov", "500"], "--fov: expected a number, 5 to 150, found 500 (photo3d --help lists all options)"),
         ([*folders, "--", "--compres"], "unknown option --compres; did you mean --compress?"),
         ([*folders, "--", "--depth", "none", "--depth-scale", "2"], "--depth-scale: expected "),

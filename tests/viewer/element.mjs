@@ -50,6 +50,10 @@ const files = {
     "/flat.html": feedOf(flat),
     "/stuck.html": feedOf((i) => element(i).replace("/feed.glb?0", "/silent.glb")),
     "/embedded.html": pageAround(linesToCopy()),
+    "/early.html": pageAround(`<photo-3d></photo-3d><script>
+const early = document.querySelector("photo-3d");
+Object.assign(early, { src: "/feed.glb", poster: "/poster.jpg", alt: "Toys" });
+window.wasDefined = customElements.get("photo-3d") !== undefined;</script>`),
     "/one.html": pageAround(`<div id="place" style="width: 300px; background: rgb(0, 255, 0)"></div>`),
     ...Object.fromEntries(Object.entries(hostile).map(([name, bytes]) => [`/${name}.glb`, bytes])),
 };
@@ -548,6 +552,78 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.deepEqual(asked.filter((path) => path.includes("secret")), []);
         await page.evaluate(() => document.querySelector("photo-3d").setAttribute("src", "/none.glb"));
         await page.waitForFunction(() => document.querySelector("photo-3d").shadowRoot.getElementById("message").textContent.includes("404"));
+    });
+
+    await test("properties that a page sets before the module is loaded have effect", async (page) => {
+        await open(page, "/early.html", sizes.desktop);
+        await page.waitForFunction(() => document.querySelector("photo-3d").complete);
+        const found = await page.evaluate(() => {
+            const shown = document.querySelector("photo-3d");
+            return [window.wasDefined, shown.getAttribute("src"), shown.shadowRoot.getElementById("poster").getAttribute("src"), shown.shadowRoot.getElementById("photo").ariaLabel];
+        });
+        assert.deepEqual(found, [false, "/feed.glb", "/poster.jpg", "Toys"]);
+    });
+
+    await test("show() rejects with an AbortError if another photo replaces its photo first", async (page) => {
+        await open(page, "/one.html", sizes.desktop);
+        const results = await page.evaluate(async () => {
+            const shown = document.createElement("photo-3d");
+            document.getElementById("place").append(shown);
+            const [good, other, broken] = await Promise.all(["/feed.glb", "/square.glb", "/text.glb"].map(async (path) => (await fetch(path)).arrayBuffer()));
+            const all = await Promise.allSettled([good, broken, broken, other].map((bytes) => shown.show(bytes)));
+            return [...all.map(({ status, reason }) => reason?.name ?? status), shown.shadowRoot.getElementById("message").hidden];
+        });
+        assert.deepEqual(results, ["AbortError", "AbortError", "AbortError", "fulfilled", true]);
+    });
+
+    await test("show() accepts arrays of bytes, and buffers of other frames", async (page) => {
+        await open(page, "/one.html", sizes.desktop);
+        const results = await page.evaluate(async () => {
+            const shown = document.createElement("photo-3d");
+            const frame = document.createElement("iframe");
+            document.getElementById("place").append(shown, frame);
+            const bytes = new Uint8Array(await (await fetch("/feed.glb")).arrayBuffer());
+            const padded = new Uint8Array(bytes.length + 8);
+            padded.set(bytes, 4);
+            const foreign = new frame.contentWindow.Uint8Array(bytes);
+            const results = [];
+            for (const value of [padded.subarray(4, -4), foreign, foreign.buffer]) {
+                shown.clear();
+                results.push(shown.complete);
+                await shown.show(value);
+                results.push(shown.complete);
+            }
+            return results;
+        });
+        assert.deepEqual(results, [false, true, false, true, false, true]);
+    });
+
+    await test("screen readers and the Tab key skip a decorative photo (alt is empty)", async (page) => {
+        await open(page, "/feed.html", sizes.desktop);
+        const states = await page.evaluate(() => {
+            const shown = document.querySelector("photo-3d");
+            const photo = shown.shadowRoot.getElementById("photo");
+            return ["", "Toys"].map((text) => {
+                shown.alt = text;
+                return [photo.getAttribute("aria-hidden"), photo.tabIndex];
+            });
+        });
+        assert.deepEqual(states, [["true", -1], ["false", 0]]);
+    });
+
+    await test("a photo inside a shadow tree fills the screen, and leaves it", async (page) => {
+        await open(page, "/one.html", sizes.desktop);
+        await page.evaluate(() => {
+            const shown = Object.assign(document.createElement("photo-3d"), { id: "inner", src: "/feed.glb" });
+            document.getElementById("place").attachShadow({ mode: "open" }).append(shown);
+        });
+        await page.waitForFunction(() => document.getElementById("place").shadowRoot.getElementById("inner").complete);
+        const isAlone = () => document.getElementById("place").shadowRoot.getElementById("inner").isAlone;
+        const button = await page.evaluateHandle(() => document.getElementById("place").shadowRoot.getElementById("inner").shadowRoot.getElementById("fullscreen"));
+        await button.click();
+        await page.waitForFunction(isAlone);
+        await button.click();
+        await page.waitForFunction(`!(${isAlone})()`);
     });
 
     await test("without full-screen support (iPhones), the element covers the page, and Escape uncovers it", async (page) => {

@@ -568,6 +568,26 @@ await test("without a photo, the headset button shows a message and starts no se
     assert.deepEqual(asked, { sessions: 0, message: "There is no photo to view in the headset yet." });
 });
 
+await test("a headset session that fails to start ends with a message, and the photo continues to move on the screen", opened({ scripts: headsetScripts }), async (page) => {
+    await page.evaluate(() => {
+        window.ended = 0;
+        const request = navigator.xr.requestSession.bind(navigator.xr);
+        navigator.xr.requestSession = async (...rest) => {
+            const session = await request(...rest);
+            session.addEventListener("end", () => (window.ended += 1));
+            session.requestReferenceSpace = () => Promise.reject(new Error("no space"));
+            return session;
+        };
+    });
+    await press(page, "headset");
+    await page.waitForFunction(() => document.querySelector("photo-3d").shadowRoot.getElementById("message").textContent === "The headset can't be used: no space");
+    assert.equal(await page.evaluate(() => window.ended), 1);
+    const before = await hover(page, 0, 0);
+    const after = await hover(page, 0.8, 0);
+    assert.ok(Math.abs(after.reach.right - before.reach.right) > 0.2);
+    assert.equal(after.isInHeadset, false);
+});
+
 await test("no gap in a headset shows the clear color", opened({ scripts: [...headsetScripts, clearColorScript] }), async (page) => {
     await enterHeadset(page);
     for (const way of [0, 0.02, -0.05]) {

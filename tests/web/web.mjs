@@ -306,6 +306,16 @@ async function testsOfChromium(browser, open, openShared) {
         await own.close();
     });
 
+    await test("the next photo replaces the first one, in the same WebGL context", open(), async (page) => {
+        for (const path of [sample, join(made, "turned.jpg")]) assert.equal((await choose(page, path)).error, undefined);
+        const found = await page.evaluate(() => {
+            const shown = document.getElementById("frame").contentDocument.querySelector("photo-3d");
+            const { contexts, photos } = shown.constructor.statistics();
+            return { contexts, photos, caption: shown.caption, width: shown.getAttribute("width") };
+        });
+        assert.deepEqual(found, { contexts: 1, photos: 1, caption: "turned", width: "1536" });
+    });
+
     await test("on a phone, the page takes a photo with the rear camera", () => openPage(browser, onePage, { isPhone: true }), async (page) => {
         const chosen = page.waitForFileChooser();
         await page.click("#camera");

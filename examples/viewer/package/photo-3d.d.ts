@@ -53,8 +53,10 @@ export class Photo3D extends HTMLElement {
     /** Whether the 3D photo has replaced its poster. */
     readonly complete: boolean;
     readonly canvas: HTMLCanvasElement;
-    /** Shows a GLB file from memory. Rejects if it can't be shown. */
-    show(bytes: ArrayBuffer): Promise<void>;
+    /** Shows a GLB file from memory. Rejects if it can't be shown, with an AbortError if another photo replaces it first. */
+    show(bytes: ArrayBuffer | Uint8Array): Promise<void>;
+    /** Removes the photo, and shows the poster. Loads the photo of `src`, if there is one. */
+    clear(): void;
     /** Shows a message over the photo; an empty one removes it. */
     report(text: string): void;
     /** Returns to the photo's viewpoint, without magnification. */

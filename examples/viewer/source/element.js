@@ -25,6 +25,9 @@ const quietSeconds = 3;
  */
 const upright = { aspect: 0.7, share: 0.8 };
 
+/** Attributes that are also properties. */
+const reflected = ["src", "poster", "alt", "caption", "fit", "loading"];
+
 let sheet;
 const isReduced = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 /** Whether the page has an address to share. Documents of frames with `srcdoc`, and of data: and blob: URLs, have none. */
@@ -86,6 +89,12 @@ export class Photo3D extends Base {
     }
 
     connectedCallback() {
+        for (const name of reflected) {
+            if (!Object.hasOwn(this, name)) continue; // set before this module was loaded
+            const value = this[name];
+            delete this[name];
+            this[name] = value;
+        }
         stage.add(this.#view);
         this.#sizes.observe(this.#parts.box);
         listenToTilt(this.#tilted);
@@ -153,15 +162,26 @@ export class Photo3D extends Base {
     /**
      * Shows a GLB file in memory.
      *
-     * @param {ArrayBuffer} bytes
-     * @returns {Promise<void>} resolves when the photo is on the screen; rejects if it can't be shown
+     * @param {ArrayBuffer | Uint8Array} bytes
+     * @returns {Promise<void>} resolves when the photo is on the screen; rejects if it can't be shown, with an AbortError if another photo
+     * replaces it first
      */
     async show(bytes) {
         this.#load?.abort.abort();
-        const load = (this.#load = { source: null, abort: new AbortController() });
-        const photo = await readPhoto(bytes);
-        if (load.abort.signal.aborted) return disposeOf(photo);
-        await this.#show(photo);
+        const { abort } = (this.#load = { source: null, abort: new AbortController() });
+        try {
+            const photo = await readPhoto(bytes);
+            if (abort.signal.aborted) disposeOf(photo);
+            else await this.#show(photo);
+        } catch (failure) {
+            if (!abort.signal.aborted) throw failure;
+        }
+        abort.signal.throwIfAborted();
+    }
+
+    /** Removes the photo, and shows the poster. Loads the photo of `src`, if there is one. */
+    clear() {
+        this.#sourceChanged();
     }
 
     /** Shows a message over the photo; an empty one removes it. @param {string} text */
@@ -493,8 +513,7 @@ export class Photo3D extends Base {
     }
 }
 
-/** Attributes that are also properties. */
-for (const name of ["src", "poster", "alt", "caption", "fit", "loading"])
+for (const name of reflected)
     Object.defineProperty(Photo3D.prototype, name, {
         get() {
             return this.getAttribute(name) ?? "";

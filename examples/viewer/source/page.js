@@ -33,6 +33,7 @@ async function openFile(file) {
     try {
         await shown.show(await file.arrayBuffer());
     } catch (failure) {
+        if (failure.name === "AbortError") return; // the user opened another file meanwhile
         shown.report(`${file.name} can't be shown. ${failure.message}`);
         return;
     }
@@ -78,19 +79,26 @@ function offerEmbedding() {
     });
 }
 
-async function start() {
-    const bytes = photoInPage();
-    element("empty").hidden = bytes !== null;
-    listenForFiles();
-    offerEmbedding();
-    if (!bytes) return;
+/** Shows a GLB file or a message. Pages that have this page in a frame call it. @param {ArrayBuffer | Uint8Array} bytes */
+async function showPhoto(bytes) {
+    element("empty").hidden = true;
     const shown = viewer();
     try {
         await shown.show(bytes);
     } catch (failure) {
+        if (failure.name === "AbortError") return; // another photo replaced it
         const isFlat = failure.name === "NotSupportedError";
         shown.report(isFlat ? `${failure.message} This is the flat photo.` : `This 3D photo can't be shown. ${failure.message}`);
     }
+}
+
+function start() {
+    const bytes = photoInPage();
+    element("empty").hidden = bytes !== null;
+    listenForFiles();
+    offerEmbedding();
+    if (bytes) showPhoto(bytes);
+    globalThis.showPhoto = showPhoto;
 }
 
 start();

@@ -22,10 +22,11 @@ import { checkGlb } from "./check_glb.js";
  */
 
 /**
- * @param {ArrayBuffer} bytes  a GLB file
+ * @param {ArrayBuffer | Uint8Array} bytes  a GLB file
  * @returns {Promise<Photo>}
  */
 export async function readPhoto(bytes) {
+    if (!(bytes instanceof ArrayBuffer)) bytes = new Uint8Array(new Uint8Array(bytes)).buffer; // an array, or a buffer of another frame
     checkGlb(bytes);
     const file = await parse(bytes);
     const model = new Group();

@@ -2,7 +2,7 @@
 
 import { Converter } from "./converter.js";
 import { canShare, record, save, share, videoType } from "./save.js";
-import { pageWith, showPhoto } from "./viewer.js";
+import { loadViewer, pageWith, showPhoto } from "./viewer.js";
 
 /** @typedef {import("./converter.js").Photo3d} Photo3d */
 
@@ -27,8 +27,10 @@ const stages = new Map([
 const videoSeconds = 7;
 
 const converter = new Converter();
-/** The 3D photo on the page. @type {{photo: Photo3d, name: string, page: string} | null} */
+/** The 3D photo on the page. @type {{photo: Photo3d, name: string} | null} */
 let shown = null;
+/** Resolves when the frame can show photos. @type {Promise<void>} */
+let viewer;
 let isBusy = false;
 
 /** @param {"empty" | "busy" | "recording" | "shown"} view */
@@ -68,7 +70,7 @@ async function convert(file) {
         const photo = await converter.convert(new Uint8Array(await file.arrayBuffer()), file.name, onProgress);
         showProgress("Opening the 3D photo", 1);
         const name = file.name.replace(/\.[^.]*$/, "") || "photo";
-        shown = { photo, name, page: await pageWith(photo, name) };
+        shown = { photo, name };
         await open();
         say(`${name} is ready.${photo.depthSource ? ` Depth: ${photo.depthSource}.` : ""}`);
     } catch (failure) {
@@ -79,20 +81,31 @@ async function convert(file) {
 
 /** Shows the 3D photo from its beginning. @param {"shown" | "recording"} view */
 async function open(view = "shown") {
+    await viewer;
     setView(view);
     isBusy = true; // until the photo is drawn
-    const canvas = await showPhoto(element("frame"), shown.page);
+    const canvas = await showPhoto(element("frame"), shown.photo, shown.name);
     setView(view);
-    const inside = element("frame").contentWindow;
-    listenForFiles(inside);
-    inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
-    element("share").hidden = !canShare(pageFile());
+    element("share").hidden = !canShare(fileOf("", shown.name));
     element("video").hidden = !canvas || !videoType() || matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (document.activeElement === document.body) element("frame").focus(); // the focused button is gone, so the viewer handles keys
     return canvas;
 }
 
-const pageFile = () => new File([shown.page], `${shown.name}.html`, { type: "text/html" });
+async function startViewer() {
+    await loadViewer(element("frame"));
+    const inside = element("frame").contentWindow;
+    listenForFiles(inside);
+    inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
+}
+
+const fileOf = (page, name) => new File([page], `${name}.html`, { type: "text/html" });
+
+/** Makes the file of a self-contained page with the 3D photo. */
+async function pageFile() {
+    const { photo, name } = shown;
+    return fileOf(await pageWith(photo, name), name);
+}
 
 async function saveVideo() {
     setView("busy");
@@ -145,11 +158,13 @@ function start() {
     element("camera").addEventListener("click", () => element("camera-file").click());
     element("camera").hidden = !matchMedia("(pointer: coarse)").matches;
     element("glb").addEventListener("click", () => save(new Blob([shown.photo.glb], { type: "model/gltf-binary" }), `${shown.name}.glb`));
-    element("page").addEventListener("click", () => save(pageFile(), `${shown.name}.html`));
+    element("page").addEventListener("click", () => pageFile().then((file) => save(file, file.name)));
     element("video").addEventListener("click", saveVideo);
-    element("share").addEventListener("click", () => share(pageFile()).catch((failure) => say(failure.message, true)));
+    element("share").addEventListener("click", () => pageFile().then(share).catch((failure) => say(failure.message, true)));
     listenForFiles(window);
     setView("empty");
+    viewer = startViewer();
+    viewer.catch(() => {}); // open() reports the error
     converter.ready.catch((failure) => say(`The converter can't start. ${failure.message}`, true));
     if (location.protocol === "https:" || location.hostname === "localhost")
         navigator.serviceWorker?.register("offline.js").catch(() => {}); // without it the page works, but not offline

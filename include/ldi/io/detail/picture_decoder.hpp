@@ -3,6 +3,7 @@
 
 #include <ldi/formats/jpeg_png_header.hpp>
 #include <ldi/io/detail/decoding_budget.hpp>
+#include <ldi/io/detail/png_blocks.hpp>
 #include <ldi/io/detail/stb_image.hpp>
 
 #include <cstddef>
@@ -28,7 +29,7 @@ struct decoded_picture {
     std::size_t channels = 0;  ///< 1 gray, 2 gray and alpha, 3 red green blue, 4 red green blue and alpha
 };
 
-/// Decodes a picture. Raises invalid_data, too_large (beyond 2 GB), out_of_memory.
+/// Decodes a picture. Raises invalid_data, too_large (beyond 2 GB, or too many blocks in a PNG file), out_of_memory.
 ///
 /// header  header of the file; a decoding_budget must have granted the picture's memory
 /// Sample  std::uint8_t, or std::uint16_t for all 16 bits of a PNG file (8-bit values become v * 257)
@@ -37,6 +38,7 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
     static_assert(std::is_same_v<Sample, std::uint8_t> || std::is_same_v<Sample, std::uint16_t>);
     if (bytes.size() > 0x7FFFFFFF)
         raise(error_code::too_large, where, "a file below 2 GB", std::to_string(bytes.size()) + " bytes");
+    if (header.format == picture_format::png) limit_png_blocks(bytes, where);
     const unsigned char* const data = reinterpret_cast<const unsigned char*>(bytes.data());
     const int size = static_cast<int>(bytes.size());
     int width = 0, height = 0, channels = 0;

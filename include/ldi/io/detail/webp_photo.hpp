@@ -77,7 +77,7 @@ inline stored_photo decode_webp(std::span<const std::byte> bytes, decoding_budge
     stored_photo photo;
     const std::size_t channels = header.has_alpha ? 4 : 3;
     photo.picture = allocate_picture(header.height, header.width, channels, where);
-    require_memory(8 * header.width * header.height, where);
+    require_memory(8 * header.width * header.height + static_cast<std::size_t>(header.more_memory), where);
     WebPDecoderConfig into;
     WebPInitDecoderConfig(&into);
     into.output.colorspace = header.has_alpha ? MODE_RGBA : MODE_RGB;
