@@ -19,11 +19,11 @@ cd "$top"
 # shellcheck source=scripts/requirements.sh
 source scripts/requirements.sh
 
+require "${needs_release[@]}" >&2
 if ! git diff --quiet HEAD; then
     printf 'packaging/release.sh: expected committed sources, found changes:\n%s\n' "$(git diff --stat HEAD)" >&2
     exit 1
 fi
-require "${needs_release[@]}" >&2
 version=$(sed -n 's/^#define LDI_VERSION_[A-Z]* //p' include/ldi/version.hpp | paste -sd .)
 out=$top/out/release
 staging=$top/build/release_staging

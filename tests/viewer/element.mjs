@@ -622,7 +622,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         const button = await page.evaluateHandle(() => document.getElementById("place").shadowRoot.getElementById("inner").shadowRoot.getElementById("fullscreen"));
         await button.click();
         await page.waitForFunction(isAlone);
-        await button.click();
+        await button.evaluate((fullscreen) => fullscreen.click()); // Firefox's notice may cover the button
         await page.waitForFunction(`!(${isAlone})()`);
     });
 
