@@ -46,7 +46,7 @@ function splitHalves(bytes) {
 }
 
 /** Compresses a file with gzip at maximum level, which all browsers unpack. */
-const pack = async (bytes) => Buffer.from(await zopfli.gzipAsync(bytes, { numiterations: 8, blocksplittingmax: 60 }));
+const pack = async (bytes) => Buffer.from(await zopfli.gzipAsync(bytes, { numiterations: 8, blocksplittingmax: 200 }));
 
 /** Minifies a JavaScript file that Emscripten wrote. */
 const minify = async (name) => Buffer.from(await bundle({ stdin: { contents: await readFile(join(built, name), "utf8"), loader: "js" } }, { bundle: false }));

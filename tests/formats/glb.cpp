@@ -366,6 +366,9 @@ TEST_CASE("a GLB file states the motion and the depth range in its extras") {
     CHECK(model.scenes.at(0).extras.Get("nearest").GetNumberAsDouble() == 1.5);
     CHECK(model.scenes.at(0).extras.Get("farthest").GetNumberAsDouble() == 20.0);
     CHECK(model.scenes.at(0).extras.Size() == 3);
+    options.range.z_near = 4e-7F;  // would be 0 with six decimal places
+    const tinygltf::Model near = read_back(encode_glb(mesh, texture, options));
+    CHECK(static_cast<float>(near.scenes.at(0).extras.Get("nearest").GetNumberAsDouble()) == 4e-7F);
     CHECK(read_back(encode_glb(mesh, texture)).scenes.at(0).extras.Type() == tinygltf::NULL_TYPE);
 }
 

@@ -156,6 +156,25 @@ TEST_CASE("one memory limit covers the photo, its depth map and the map's confid
 
 #endif
 
+TEST_CASE("each slice of a HEIC item counts as a picture, because each may cover the whole picture") {
+    byte_string record(23);
+    record[21] = std::byte{3};  // lengths of units have four bytes
+    const auto code_of = [&](std::size_t slices, std::uint32_t side) {
+        byte_string data;
+        for (std::size_t i = 0; i < slices; ++i) append(data, bytes_of(std::string_view("\0\0\0\3\x26\1\x80", 7)));
+        const byte_string file =
+            item_file({{{1, "hvc1", {{0, data.size()}}}}, {box("hvcC", record), size_box(side, side)}, {{1, {1, 2}}}}, data);
+        return raised([&] {
+            detail::decoding_budget budget({}, {}, file.size());
+            detail::heif_items(file, budget, "file").take_primary(budget);
+        });
+    };
+    CHECK_FALSE(code_of(18, 2048));
+    CHECK(code_of(100, 2048) == error_code::too_large);  // 1.3 gigasamples
+    CHECK_FALSE(code_of(4000, 64));
+    CHECK(code_of(4097, 64) == error_code::too_large);
+}
+
 TEST_CASE("HEIC items with many properties, two configurations or too many coded units are refused") {
     const auto code_of = [](const file_items& items, const byte_string& data) {
         const byte_string file = item_file(items, data);
@@ -425,6 +444,15 @@ TEST_CASE("a PNG file with more than a million blocks of compressed data is too 
           "photo: expected a PNG file with at most 1000000 blocks of compressed data, found more blocks (too large)");
 }
 
+TEST_CASE("a color profile with too many blocks of compressed data is ignored") {
+    for (const std::size_t blocks : {1000U, 60'000U}) {
+        byte_string chunk = bytes_of(std::string_view("a\0\0\x78\1", 5));
+        for (std::size_t i = 0; i < blocks; i += 4) append(chunk, bytes_of(std::string_view("\x02\x08\x20\x80\0", 5)));
+        append(chunk, bytes_of(std::string_view("\1\1\0\xFE\xFF*", 6)));  // the last block, stored
+        CHECK(detail::png_profile(chunk).size() == (blocks == 1000 ? 1 : 0));
+    }
+}
+
 TEST_CASE("a PNG file with damaged data is damaged even if it is too long to be decoded without counting its blocks") {
     const std::size_t height = 1000, width = 1500;
     byte_string noise(height * width);
@@ -435,6 +463,54 @@ TEST_CASE("a PNG file with damaged data is damaged even if it is too long to be 
     file[43] ^= std::byte{0x06};  // the kind of the first block
     CHECK_THAT(message_of([&] { decode_photo(with_right_checksums(file)); }), Catch::Contains("data that cannot be inflated"));
 }
+
+#if defined(LDI_WITH_LCMS2)
+
+/// A profile whose color table has 87 x 87 x `points` entries. All its curves are the same tables, which are inside the color
+/// table.
+std::vector<std::byte> profile_with_table(std::uint8_t points) {
+    const std::size_t entries = 32'767, table = std::size_t{87} * 87 * points * 3;
+    byte_string tag = bytes_of(std::string_view("mAB \0\0\0\0\3\3\0\0", 12));
+    const std::uint32_t matrix = 32, colors = matrix + 48, curves = colors + 20;
+    for (const std::uint32_t offset : {curves, matrix, curves, colors, curves}) append(tag, big_endian(offset, 4));
+    for (int i = 0; i < 12; ++i) append(tag, big_endian(i < 9 && i % 4 == 0 ? 1 << 16 : 0, 4));
+    append(tag, {std::byte{87}, std::byte{87}, static_cast<std::byte>(points)});
+    tag.resize(colors + 16);
+    append(tag, bytes_of(std::string_view("\1\0\0\0", 4)));
+    for (int c = 0; c < 3; ++c) {
+        append(tag, bytes_of(std::string_view("curv\0\0\0\0", 8))), append(tag, big_endian(entries, 4));
+        for (std::size_t i = 0; i < entries; ++i) append(tag, big_endian(static_cast<std::uint32_t>(2 * i), 2));
+        tag.resize((tag.size() + 3) / 4 * 4);
+    }
+    tag.resize((std::max)(tag.size(), curves + table), std::byte{99});
+    byte_string profile = big_endian(static_cast<std::uint32_t>(144 + tag.size()), 4);
+    profile.resize(8);
+    append(profile, bytes_of(std::string_view("\4\x20\0\0scnrRGB Lab ", 16)));
+    profile.resize(36);
+    append(profile, bytes_of("acsp"));
+    profile.resize(128);
+    append(profile, big_endian(1, 4)), append(profile, bytes_of("A2B0"));
+    append(profile, big_endian(144, 4)), append(profile, big_endian(static_cast<std::uint32_t>(tag.size()), 4));
+    append(profile, tag);
+    return {profile.begin(), profile.end()};
+}
+
+TEST_CASE("colors stay as they are if their profile needs more memory than the limit") {
+    bool was_converted = false, was_exceeded = false;
+    for (unsigned points = 84; points <= 91; ++points) {
+        image<std::uint8_t> color = smooth_picture(8, 8, 3);
+        const image<std::uint8_t> before = color;
+        detail::convert_to_srgb(color, {profile_with_table(static_cast<std::uint8_t>(points)), 0});
+        const bool is_same = std::equal(color.begin(), color.end(), before.begin());
+        was_converted = was_converted || !is_same;
+        was_exceeded = was_exceeded || detail::is_profile_memory_exceeded;
+        CHECK((is_same || !detail::is_profile_memory_exceeded));
+    }
+    CHECK(was_converted);
+    CHECK(was_exceeded);
+}
+
+#endif
 
 #if defined(LDI_WITH_LIBWEBP)
 

@@ -141,6 +141,8 @@ function hostileFiles() {
             Object.assign(json.bufferViews[json.images[0].bufferView], { extensions: meshopt(1) });
             return putTogether({ json, binary });
         })(),
+        overlapping: plain((json) => json.bufferViews.push(...Array(300).fill({ buffer: 0, byteLength: json.buffers[0].byteLength }))),
+        animated: plain((json) => (json.animations = [{ samplers: [{ input: 0, output: 0 }], channels: [] }])),
         morphTargets: plain((json) => (json.meshes[0].primitives[0].targets = Array(2000).fill({ POSITION: 0 }))),
         sharedMesh: plain((json) => (manyVertices(json), (json.nodes = Array.from({ length: 3000 }, () => ({ mesh: 0 }))))),
         sharedVertices: plain((json) => (json.meshes[0].primitives = Array(100_000).fill(json.meshes[0].primitives[0]))),
@@ -528,6 +530,8 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.throws(() => checkGlb(bytesOf(hostile.secondJson)), /other parts/);
         assert.throws(() => checkGlb(bytesOf(hostile.compressedPicture)), /compressed a second time/);
         assert.throws(() => checkGlb(bytesOf(hostile.morphTargets)), /morph targets/);
+        assert.throws(() => checkGlb(bytesOf(hostile.overlapping)), /overlap/);
+        assert.throws(() => checkGlb(bytesOf(hostile.animated)), /animations/);
         assert.throws(() => checkGlb(bytesOf(hostile.sharedVertices)), /too many meshes/);
         assert.throws(() => checkGlb(bytesOf(hostile.instances)), /draws a mesh many times/);
         for (const name of ["cyclic", "deep"]) assert.throws(() => checkGlb(bytesOf(hostile[name])), /nested too deeply/, name);
@@ -591,11 +595,38 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
                 shown.clear();
                 results.push(shown.complete);
                 await shown.show(value);
+                while (!shown.complete) await new Promise((resolve) => setTimeout(resolve, 20)); // the browser may not know yet that it is in sight
                 results.push(shown.complete);
             }
             return results;
         });
         assert.deepEqual(results, [false, true, false, true, false, true]);
+    });
+
+    await test("another photo starts without magnification, and its shape is known before it is drawn", async (page) => {
+        await open(page, "/one.html", sizes.desktop);
+        await page.evaluate(async () => {
+            const shown = document.createElement("photo-3d");
+            shown.setAttribute("standalone", "");
+            document.getElementById("place").append(shown);
+            window.bytes = await (await fetch("/feed.glb")).arrayBuffer();
+            await shown.show(window.bytes);
+        });
+        for (let i = 0; i < 4; ++i) await page.keyboard.press("+");
+        await page.waitForFunction(() => document.querySelector("photo-3d").state().zoom > 1.5);
+        const found = await page.evaluate(async () => {
+            const shown = document.querySelector("photo-3d");
+            const drawn = new Promise((resolve) => shown.addEventListener("load", () => resolve(shown.state().zoom), { once: true }));
+            shown.show(window.bytes);
+            const zoom = await drawn;
+            shown.removeAttribute("standalone");
+            const shape = () => parseFloat(shown.shadowRoot.getElementById("box").style.aspectRatio).toFixed(2); // "0.75 / 1"
+            const before = shape();
+            for (const [name, value] of [["width", 300], ["height", 200]]) shown.setAttribute(name, value);
+            shown.clear();
+            return [zoom, before, shape(), shown.state().angles];
+        });
+        assert.deepEqual(found, [1, "0.75", "1.50", null]);
     });
 
     await test("screen readers and the Tab key skip a decorative photo (alt is empty)", async (page) => {

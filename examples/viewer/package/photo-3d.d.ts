@@ -53,7 +53,7 @@ export class Photo3D extends HTMLElement {
     /** Whether the 3D photo has replaced its poster. */
     readonly complete: boolean;
     readonly canvas: HTMLCanvasElement;
-    /** Shows a GLB file from memory. Rejects if it can't be shown, with an AbortError if another photo replaces it first. */
+    /** Shows a GLB file from memory. Call clear() before you discard the element, to free the photo. Rejects if it can't be shown, with an AbortError if another photo replaces it first. */
     show(bytes: ArrayBuffer | Uint8Array): Promise<void>;
     /** Removes the photo, and shows the poster. Loads the photo of `src`, if there is one. */
     clear(): void;

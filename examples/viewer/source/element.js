@@ -160,11 +160,11 @@ export class Photo3D extends Base {
     // Methods
 
     /**
-     * Shows a GLB file in memory.
+     * Shows a GLB file in memory. Call clear() before you discard the element, because only clear() frees such a photo.
      *
      * @param {ArrayBuffer | Uint8Array} bytes
-     * @returns {Promise<void>} resolves when the photo is on the screen; rejects if it can't be shown, with an AbortError if another photo
-     * replaces it first
+     * @returns {Promise<void>} resolves when the photo is drawn, or at once while the element is out of sight; rejects if it can't be shown,
+     * with an AbortError if another photo replaces it first
      */
     async show(bytes) {
         this.#load?.abort.abort();
@@ -301,6 +301,8 @@ export class Photo3D extends Base {
         this.#say("");
         if (this.complete) this.#hideCanvas();
         this.#view.release();
+        this.#aspect = 0;
+        this.#layout();
         this.#loadIfDue();
     }
 
@@ -351,6 +353,7 @@ export class Photo3D extends Base {
         }
         const isDrawn = this.#view.show(photo);
         this.#aspect = photo.aspect;
+        this.#coverChoice = null;
         box.classList.toggle("cropped", !photo.isPastFrame);
         canvas.hidden = false;
         this.#layout();

@@ -19,10 +19,11 @@ export class Pane {
     /** Fits the frame to a canvas of this shape. Crops a frame that is too wide or too high for the canvas. */
     fit(frameAspect, canvasAspect) {
         const { zoom, x, y } = this.home;
-        const isHome = this.target.zoom === zoom && this.target.x === x && this.target.y === y;
+        const isHome = (part) => part.zoom === zoom && part.x === x && part.y === y;
+        const [aimsHome, isAtHome] = [isHome(this.target), isHome(this.now)];
         this.covered = { x: Math.min(canvasAspect / frameAspect, 1), y: Math.min(frameAspect / canvasAspect, 1) };
-        this.target = isHome ? this.home : this.limited(this.target);
-        this.now = this.limited(this.now);
+        this.target = aimsHome ? this.home : this.limited(this.target);
+        this.now = isAtHome ? this.home : this.limited(this.now);
     }
 
     /** The part of the frame that the canvas shows without magnification. */
@@ -30,8 +31,14 @@ export class Pane {
         return this.limited({ zoom: 1, x: this.interest, y: 0 });
     }
 
+    /** Moves back to the home over the next pictures. */
     reset() {
         this.target = this.home;
+    }
+
+    /** Jumps to the home, for another photo. */
+    restart() {
+        this.target = this.now = this.home;
     }
 
     /** Returns the visible share of the frame's width and height at this zoom. */

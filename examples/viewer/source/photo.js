@@ -26,7 +26,8 @@ import { checkGlb } from "./check_glb.js";
  * @returns {Promise<Photo>}
  */
 export async function readPhoto(bytes) {
-    if (!(bytes instanceof ArrayBuffer)) bytes = new Uint8Array(new Uint8Array(bytes)).buffer; // an array, or a buffer of another frame
+    if (ArrayBuffer.isView(bytes)) bytes = new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength).slice().buffer;
+    else if (!(bytes instanceof ArrayBuffer)) bytes = new Uint8Array(bytes).slice().buffer; // of another frame
     checkGlb(bytes);
     const file = await parse(bytes);
     const model = new Group();

@@ -54,9 +54,10 @@ export class View {
         this.place.add(photo.model);
         this.motion.forget();
         this.pane.interest = photo.interest;
-        this.pane.reset();
+        this.pane.restart();
         Object.assign(this.motion.reach, { right: 0, up: 0, forward: 0 });
         this.needsDrawing = true;
+        if (this.head) this.enterHeadset(this.head);
         return new Promise((resolve) => (this.whenDrawn = resolve));
     }
 
@@ -66,7 +67,7 @@ export class View {
         if (this.photo) disposeOf(this.photo);
         if (this.wall) disposeOf({ model: this.wall });
         this.backdrop.release();
-        this.photo = this.wall = this.preparedBy = null;
+        this.photo = this.wall = this.preparedBy = this.flatFrame = null;
         this.whenDrawn(false);
     }
 

@@ -29,14 +29,14 @@ const videoSeconds = 7;
 const converter = new Converter();
 /** The 3D photo on the page. @type {{photo: Photo3d, name: string} | null} */
 let shown = null;
-/** Resolves when the frame can show photos. @type {Promise<void>} */
-let viewer;
+/** Resolves when the frame can show photos. Null after a failure; the next photo loads the viewer again. @type {Promise<void> | null} */
+let viewer = null;
 let isBusy = false;
 
 /** @param {"empty" | "busy" | "recording" | "shown"} view */
-function setView(view) {
+function setView(view, becomesBusy = view === "busy" || view === "recording") {
     root.dataset.view = view;
-    isBusy = view === "busy" || view === "recording";
+    isBusy = becomesBusy;
     for (const id of ["choose", "camera", "again", "glb", "page", "video", "share"]) element(id).disabled = isBusy;
 }
 
@@ -45,6 +45,8 @@ function say(text, isError = false) {
     element("error").textContent = isError ? text : "";
     element("error").hidden = !isError;
 }
+
+const report = (failure) => say(failure.message, true);
 
 function showProgress(label, fraction) {
     if (element("stage").textContent !== label) element("stage").textContent = label;
@@ -81,9 +83,8 @@ async function convert(file) {
 
 /** Shows the 3D photo from its beginning. @param {"shown" | "recording"} view */
 async function open(view = "shown") {
-    await viewer;
-    setView(view);
-    isBusy = true; // until the photo is drawn
+    await readyViewer();
+    setView(view, true); // busy until the photo is drawn
     const canvas = await showPhoto(element("frame"), shown.photo, shown.name);
     setView(view);
     element("share").hidden = !canShare(fileOf("", shown.name));
@@ -92,11 +93,25 @@ async function open(view = "shown") {
     return canvas;
 }
 
+/** Loads the viewer into the frame, unless it is there. */
+const readyViewer = () =>
+    (viewer ??= startViewer().catch((failure) => {
+        viewer = null;
+        throw failure;
+    }));
+
 async function startViewer() {
     await loadViewer(element("frame"));
     const inside = element("frame").contentWindow;
     listenForFiles(inside);
-    inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
+    inside.addEventListener(
+        "drop",
+        (event) => {
+            event.stopImmediatePropagation(); // the viewer would open it as a GLB
+            inside.document.documentElement.classList.remove("is-dropping");
+        },
+        true,
+    );
 }
 
 const fileOf = (page, name) => new File([page], `${name}.html`, { type: "text/html" });
@@ -108,6 +123,7 @@ async function pageFile() {
 }
 
 async function saveVideo() {
+    if (isBusy) return;
     setView("busy");
     showProgress("Recording the video", 0);
     try {
@@ -158,13 +174,12 @@ function start() {
     element("camera").addEventListener("click", () => element("camera-file").click());
     element("camera").hidden = !matchMedia("(pointer: coarse)").matches;
     element("glb").addEventListener("click", () => save(new Blob([shown.photo.glb], { type: "model/gltf-binary" }), `${shown.name}.glb`));
-    element("page").addEventListener("click", () => pageFile().then((file) => save(file, file.name)));
+    element("page").addEventListener("click", () => pageFile().then((file) => save(file, file.name)).catch(report));
     element("video").addEventListener("click", saveVideo);
-    element("share").addEventListener("click", () => pageFile().then(share).catch((failure) => say(failure.message, true)));
+    element("share").addEventListener("click", () => pageFile().then(share).catch(report));
     listenForFiles(window);
     setView("empty");
-    viewer = startViewer();
-    viewer.catch(() => {}); // open() reports the error
+    readyViewer().catch(() => {}); // the first photo will report the error
     converter.ready.catch((failure) => say(`The converter can't start. ${failure.message}`, true));
     if (location.protocol === "https:" || location.hostname === "localhost")
         navigator.serviceWorker?.register("offline.js").catch(() => {}); // without it the page works, but not offline

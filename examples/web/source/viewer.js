@@ -13,8 +13,8 @@ const escapeHtml = (text) => text.replace(/&/g, "&amp;").replace(/</g, "&lt;").r
 
 /** Returns the viewer's page with this content. @param {string} title  HTML @param {string} content  HTML */
 async function pageAround(title, content) {
-    template ??= readAsset("viewer.html").then((bytes) => new TextDecoder().decode(bytes));
-    const [beforeTitle, afterTitle] = (await template).split(titleMarker);
+    template ??= new TextDecoder().decode(await readAsset("viewer.html"));
+    const [beforeTitle, afterTitle] = template.split(titleMarker);
     const [head, tail] = afterTitle.split(photoMarker);
     return `${beforeTitle}<title>${title}</title>${head}${content}${tail}`;
 }

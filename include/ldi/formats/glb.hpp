@@ -198,9 +198,9 @@ inline void add_extras(json_text& json, const glb_options& options) {
         json.add(before, "\"", name, "\":", value);
         before = ",";
     };
-    if (options.motion) add("farthest", shortest(options.range.z_far));
-    if (options.motion && options.camera) add("focal_length_35mm", shortest(focal_length_in_file(*options.camera)));
-    if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
+    if (options.motion) add("farthest", rounded(options.range.z_far));
+    if (options.motion && options.camera) add("focal_length_35mm", rounded(focal_length_in_file(*options.camera)));
+    if (options.motion) add("motion", rounded(*options.motion)), add("nearest", rounded(options.range.z_near));
     if (options.motion && options.is_past_frame) add("past_frame", std::string_view("true"));
     if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
     if (before[0] == ',') json.add("},");
@@ -263,9 +263,12 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     buffer<own_attribute> own;
     for (const vertex_attribute& a : options.attributes) own.push_back({a.name, a.channels, a.values});
     const contents parts(mesh, textures, own);
-    if (parts.bytes() > 0xFFFF0000)
-        raise(error_code::too_large, "encode_glb", "less than 4 GB", std::to_string(parts.bytes()) + " bytes");
+    const auto limit_size = [](std::uint64_t bytes) {
+        if (bytes > 0xFFFFFFFF) raise(error_code::too_large, "encode_glb", "less than 4 GB", std::to_string(bytes) + " bytes");
+    };
+    limit_size(parts.bytes());
     const buffer<char> json = describe(parts, options);
+    limit_size(std::uint64_t{parts.bytes()} + json.size() + 12 + 8 + 8 + 3 + 3);  // with headers and padding
     const auto up_to_four = [](std::size_t bytes) { return (bytes + 3) / 4 * 4; };
     const std::size_t json_bytes = up_to_four(json.size()), binary_bytes = up_to_four(parts.bytes());
     buffer<std::byte> file(12 + 8 + json_bytes + 8 + binary_bytes, unset);

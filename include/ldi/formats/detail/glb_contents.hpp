@@ -61,8 +61,11 @@ private:
     buffer<char> text_;
 };
 
-/// Rounds to six decimal places.
-inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
+/// Rounds to six decimal places, but never to 0.
+inline double rounded(float value) {
+    const double result = std::round(1e6 * double{value}) / 1e6;
+    return result == 0 ? double{value} : result;
+}
 
 /// Values that the caller attaches to the vertices of a mesh (vertex_attribute in formats/glb.hpp).
 struct own_attribute {

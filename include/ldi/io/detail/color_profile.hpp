@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/core/image.hpp>
+#include <ldi/io/detail/png_blocks.hpp>
 #include <ldi/io/detail/readers.hpp>
 #include <ldi/io/detail/stored_photo.hpp>
 
@@ -61,6 +62,7 @@ inline std::vector<std::byte> png_profile(std::span<const std::byte> chunk) {
     const auto name_end = std::find(chunk.begin(), chunk.end(), std::byte{0});
     const std::size_t begin = static_cast<std::size_t>(name_end - chunk.begin()) + 2;
     if (begin >= chunk.size() || chunk.size() > max_profile_bytes) return {};
+    if (!has_few_blocks(chunk.subspan(begin), max_profile_blocks)) return {};
     const stb::growth_limit growth(max_profile_bytes);
     int size = 0;
     const std::unique_ptr<char[], stb_free> inflated(stb::stbi_zlib_decode_malloc_guesssize_headerflag(
@@ -76,10 +78,16 @@ inline std::vector<std::byte> png_profile(std::span<const std::byte> chunk) {
 /// time.
 inline thread_local std::size_t profile_memory_left = 0;
 
+/// Whether Little CMS requested more than that. It may then make a transform that takes ten times as long as usual.
+inline thread_local bool is_profile_memory_exceeded = false;
+
 /// Allocator for Little CMS. Charges allocations to profile_memory_left and never refunds them.
 struct profile_memory {
     static bool take(std::size_t bytes) {
-        if (bytes > profile_memory_left) return false;
+        if (bytes > profile_memory_left) {
+            is_profile_memory_exceeded = true;
+            return false;
+        }
         profile_memory_left -= bytes;
         return true;
     }
@@ -97,6 +105,7 @@ using context_handle = std::unique_ptr<_cmsContext_struct, context_deleter>;
 
 inline context_handle open_context() {
     profile_memory_left = max_profile_memory;
+    is_profile_memory_exceeded = false;
     cmsPluginMemHandler handler = {};
     handler.base.Magic = cmsPluginMagicNumber;
     handler.base.ExpectedVersion = 2000;
@@ -166,7 +175,7 @@ inline void convert_to_srgb(image<std::uint8_t>& color, const color_profile& pro
     const cmsUInt32Number from = is_gray ? COLORSPACE_SH(PT_GRAY) | CHANNELS_SH(1) | EXTRA_SH(2) | BYTES_SH(1) : TYPE_RGB_8;
     const std::unique_ptr<void, transform_deleter> transform(cmsCreateTransformTHR(
         context.get(), source.get(), from, target.get(), TYPE_RGB_8, INTENT_RELATIVE_COLORIMETRIC, cmsFLAGS_NOCACHE));
-    if (!transform || !changes_colors(transform.get(), is_gray)) return;
+    if (!transform || is_profile_memory_exceeded || !changes_colors(transform.get(), is_gray)) return;
     for (std::size_t y = 0; y < color.height(); ++y)
         cmsDoTransform(transform.get(), color.row(y), color.row(y), static_cast<cmsUInt32Number>(color.width()));
 }

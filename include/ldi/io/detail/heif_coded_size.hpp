@@ -1,5 +1,6 @@
 // Reads the size of a coded picture in a HEIC or AVIF file from the codec's headers: HEVC (ITU-T H.265, 7.3.2.2) and AV1 (AV1
-// bitstream specification, 5.5). Decoders ignore the size that the container states.
+// bitstream specification, 5.5). Decoders ignore the size that the container states. Also counts the pictures in an item, because
+// decoders decode all of them.
 #pragma once
 
 #include <ldi/formats/picture_header.hpp>
@@ -13,9 +14,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct coded_size {
     std::uint64_t width = 0, height = 0;
-    bool is_deep = false;  ///< more than 8 bits per sample
+    bool is_deep = false;      ///< more than 8 bits per sample
+    std::size_t pictures = 0;  ///< number of coded pictures; in HEVC, of slices, each of which may cover the whole picture
 
     void include(const coded_size& other) {
+        pictures += other.pictures;
         width = (std::max)(width, other.width), height = (std::max)(height, other.height);
         is_deep = is_deep || other.is_deep;
     }
@@ -57,14 +60,16 @@ private:
     unsigned current_ = 0, left_ = 0;
 };
 
-/// Returns the size that a sequence parameter set states; 0 x 0 for other units.
+/// Returns the size that a sequence parameter set states, or one picture of 0 x 0 for a slice, or nothing for other units.
 ///
 /// unit  a NAL unit (network abstraction layer) of HEVC
 inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
-    constexpr std::uint64_t sequence_parameter_set = 33;
+    constexpr std::uint64_t end_of_slices = 32, sequence_parameter_set = 33;
     bit_reader bits(unit, true);
     bits.next(1);
-    if (bits.next(6) != sequence_parameter_set || bits.next(6) != 0) return {};
+    const std::uint64_t type = bits.next(6);
+    if (type < end_of_slices) return {.pictures = unit.size() > 2 ? std::size_t{1} : 0};
+    if (type != sequence_parameter_set || bits.next(6) != 0) return {};
     bits.next(3 + 4);
     const std::uint64_t layers = bits.next(3);
     bits.next(1 + 64), bits.next(32);  // profile, tier and level
@@ -86,7 +91,7 @@ inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
     return size;
 }
 
-/// Returns the largest width and height that the sequence parameter sets of an item state.
+/// Returns the largest width and height that the sequence parameter sets of an item state, and the number of its slices.
 ///
 /// data        NAL units, each preceded by its length in `length_size` bytes
 /// units_left  maximum number of units to read; reduced by the number of units read
@@ -173,11 +178,11 @@ inline coded_size size_in_av1_header(std::span<const std::byte> header) {
     return size;
 }
 
-/// Returns the largest width and height that the AV1 sequence headers allow.
+/// Returns the largest width and height that the AV1 sequence headers allow, and the number of frames.
 ///
 /// units  open bitstream units, from an item or its configuration
 inline coded_size size_in_av1_units(std::span<const std::byte> units, std::size_t& units_left) {
-    constexpr unsigned sequence_header = 1;
+    constexpr unsigned sequence_header = 1, frame_header = 3, frame = 6;
     coded_size largest;
     for (; !units.empty() && units_left > 0; --units_left) {
         const unsigned head = byte_at(units, 0);
@@ -191,7 +196,9 @@ inline coded_size size_in_av1_units(std::span<const std::byte> units, std::size_
         at = (std::min)(at, units.size());
         if (!has_size) size = units.size();
         size = (std::min)(size, units.size() - at);
-        if ((head >> 3 & 15) == sequence_header) largest.include(size_in_av1_header(units.subspan(at, size)));
+        const unsigned type = head >> 3 & 15;
+        if (type == sequence_header) largest.include(size_in_av1_header(units.subspan(at, size)));
+        if (type == frame_header || type == frame) ++largest.pictures;
         units = units.subspan(at + size);
     }
     return largest;

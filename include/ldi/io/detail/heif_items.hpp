@@ -61,7 +61,7 @@ private:
     struct cost {
         double width = 0, height = 0, memory = 0;
         double pixels = 0;        ///< pixels of all pictures, counted once per decoding, rotation, mirroring and crop
-        double pictures = 0;      ///< number of decoded pictures, with repetitions
+        double pictures = 0;      ///< number of decoded pictures (coded_size), with repetitions
         double coded = 0;         ///< bytes of their data, with repetitions
         double per_pixel = 0;     ///< memory in bytes
         bool is_foreign = false;  ///< the codec is neither HEVC nor AV1
@@ -81,7 +81,7 @@ private:
         const cost c = cost_of(id, 0);
         if (c.pictures > max_pictures)
             raise(error_code::too_large, where,
-                  "a picture of at most " + std::to_string(static_cast<int>(max_pictures)) + " tiles", "more");
+                  "a picture of at most " + std::to_string(static_cast<int>(max_pictures)) + " tiles and slices", "more");
         if (c.is_foreign) raise(error_code::unsupported, where, "a picture coded as HEVC or AV1", "another codec");
         picture_header header;
         header.format = picture_format::heif;
@@ -173,7 +173,8 @@ private:
         // the additional memory of an AV1 decoder.
         const bool is_av1 = item.type == "av01";
         c.per_pixel = size.is_deep ? (is_av1 ? 24 : 18) : is_av1 ? 15 : 10;
-        c.pictures = 1;
+        c.pictures = nearest_double((std::max)(size.pictures, std::size_t{1}));
+        c.pixels += c.pictures - 1;  // passes per pixel
         c.coded = nearest_double(data.size());
         c.is_foreign = item.type != "hvc1" && item.type != "av01";
         add_own(c);

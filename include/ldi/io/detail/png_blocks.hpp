@@ -23,12 +23,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// megapixels.
 inline constexpr std::size_t max_png_blocks = 1'000'000;
 
+/// Maximum number of deflate blocks in a color profile. Encoders write fewer than 1,000.
+inline constexpr std::size_t max_profile_blocks = 50'000;
+
 #if __has_include(<zlib.h>)
 
 /// Counts the deflate blocks of a zlib stream that arrives in parts.
 class deflate_block_counter {
 public:
-    deflate_block_counter() { is_ready_ = inflateInit2(&stream_, -15) == Z_OK; }  // -15: no zlib header, and any window size
+    /// max_blocks  the counter stops after one block more
+    explicit deflate_block_counter(std::size_t max_blocks) : max_blocks_(max_blocks) {
+        is_ready_ = inflateInit2(&stream_, -15) == Z_OK;
+    }  // -15: no zlib header, and any window size
     deflate_block_counter(const deflate_block_counter&) = delete;
     deflate_block_counter& operator=(const deflate_block_counter&) = delete;
     ~deflate_block_counter() { inflateEnd(&stream_); }
@@ -40,7 +46,7 @@ public:
         part = part.subspan(header);
         stream_.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(part.data()));  // zlib does not write to it
         stream_.avail_in = static_cast<uInt>(part.size());
-        while (is_ready_ && !has_ended_ && stream_.avail_in > 0 && blocks_ <= max_png_blocks) {
+        while (is_ready_ && !has_ended_ && stream_.avail_in > 0 && blocks_ <= max_blocks_) {
             stream_.next_out = inflated_.data();
             stream_.avail_out = static_cast<uInt>(inflated_.size());
             const int result = inflate(&stream_, Z_BLOCK);
@@ -57,7 +63,7 @@ private:
     z_stream stream_ = {};
     std::array<Bytef, 32768> inflated_;  // its contents are not used
     std::size_t header_left_ = 2;        // bytes of the zlib header that have not been read
-    std::size_t blocks_ = 0;
+    std::size_t blocks_ = 0, max_blocks_;
     bool is_ready_ = false, has_ended_ = false;
 };
 
@@ -78,7 +84,7 @@ inline void limit_png_blocks(std::span<const std::byte> bytes, const std::string
     for_each_part([&](std::span<const std::byte> part) { compressed += part.size(); });
     if (compressed < max_png_blocks / 8 * 10) return;
 
-    deflate_block_counter counter;
+    deflate_block_counter counter(max_png_blocks);
     for_each_part([&](std::span<const std::byte> part) {
         if (!counter.read(part)) damaged(picture_format::png, where, "data that cannot be inflated");
     });
@@ -87,8 +93,15 @@ inline void limit_png_blocks(std::span<const std::byte> bytes, const std::string
               "a PNG file with at most " + std::to_string(max_png_blocks) + " blocks of compressed data", "more blocks");
 }
 
+/// Whether a zlib stream has at most `max_blocks` deflate blocks and is not damaged.
+inline bool has_few_blocks(std::span<const std::byte> stream, std::size_t max_blocks) {
+    deflate_block_counter counter(max_blocks);
+    return counter.read(stream) && counter.blocks() <= max_blocks;
+}
+
 #else
 
+inline bool has_few_blocks(std::span<const std::byte>, std::size_t) { return true; }
 inline void limit_png_blocks(std::span<const std::byte>, const std::string&) {}
 
 #endif
