@@ -1,11 +1,14 @@
 // Reads lines of an untrusted file or of standard input with bounded memory, for lines of any length.
 #pragma once
 
+#include <cerrno>
 #include <cstddef>
-#include <istream>
+#include <cstdio>
+#include <iostream>
 #include <streambuf>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace ldi::examples {
 
@@ -22,9 +25,9 @@ public:
     bool next() {
         text_.clear();
         is_too_long_ = false;
-        int c = from_.sbumpc();
+        int c = next_byte();
         if (c == end_of_file) return false;
-        for (; c != end_of_file && c != '\n'; c = from_.sbumpc())
+        for (; c != end_of_file && c != '\n'; c = next_byte())
             if (text_.size() < max_bytes)
                 text_ += static_cast<char>(c);
             else
@@ -42,6 +45,14 @@ public:
 
 private:
     static constexpr int end_of_file = std::streambuf::traits_type::eof();
+
+    /// At the end of a file, throws if the file could not be read. std::cin reports such an error as the end of the file.
+    int next_byte() {
+        const int c = from_.sbumpc();
+        if (c == end_of_file && &from_ == std::cin.rdbuf() && std::ferror(stdin) != 0)
+            throw std::system_error(errno != 0 ? errno : EIO, std::generic_category());
+        return c;
+    }
 
     std::streambuf& from_;
     std::string text_;

@@ -44,6 +44,8 @@ public:
         amqp_connection_info at;
         if (amqp_parse_url(url.data(), &at) != AMQP_STATUS_OK || at.ssl != 0)
             raise(error_code::invalid_option, "--broker", "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST", "a different address");
+        const char* const host =
+            *at.vhost == '\0' ? "/" : at.vhost;  // the virtual host of amqp://localhost/ and amqp://localhost
         const timeval patience{10, 0};
         amqp_set_handshake_timeout(state_.get(), &patience);
         amqp_set_rpc_timeout(state_.get(), &patience);
@@ -51,8 +53,7 @@ public:
         where_ = std::string("broker ") + at.host + ":" + std::to_string(at.port);
         check(socket == nullptr ? AMQP_STATUS_NO_MEMORY : amqp_socket_open_noblock(socket, at.host, at.port, &patience));
         constexpr int frame_bytes = 131072, heartbeat_seconds = 30;
-        check(
-            amqp_login(state_.get(), at.vhost, 0, frame_bytes, heartbeat_seconds, AMQP_SASL_METHOD_PLAIN, at.user, at.password));
+        check(amqp_login(state_.get(), host, 0, frame_bytes, heartbeat_seconds, AMQP_SASL_METHOD_PLAIN, at.user, at.password));
         amqp_channel_open(state_.get(), channel);
         check();
     }

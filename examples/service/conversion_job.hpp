@@ -112,15 +112,20 @@ private:
         return document;
     }
 
-    /// Returns the document beside the GLB file, if it belongs to this job and photo.
-    std::optional<nlohmann::ordered_json> find_record(const std::string& record, const nlohmann::ordered_json& wanted) try {
-        const std::vector<std::byte> bytes = outputs_.get(record, max_document_bytes);
-        std::optional<nlohmann::ordered_json> document =
-            parse_document(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-        return document && id_of(*document) == id_of(wanted) ? document : std::nullopt;
-    } catch (const error& failed) {
-        if (failed.code() == error_code::unavailable) throw;
-        return std::nullopt;
+    /// Returns the document beside the GLB file, if it belongs to this job and photo. Raises file_access if there is a file of
+    /// another program, which the document of this photo would replace.
+    std::optional<nlohmann::ordered_json> find_record(const std::string& record, const nlohmann::ordered_json& wanted) {
+        std::optional<nlohmann::ordered_json> document;
+        try {
+            const std::vector<std::byte> bytes = outputs_.get(record, max_document_bytes);
+            document = parse_document(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+        } catch (const error& failed) {
+            if (failed.code() == error_code::file_access) return std::nullopt;
+            if (failed.code() != error_code::too_large) throw;
+        }
+        if (!document || !document->contains("job") || !document->contains("photo"))
+            raise(error_code::file_access, record, "no file, or a document of this program", "another file");
+        return id_of(*document) == id_of(wanted) ? document : std::nullopt;
     }
 
     /// Returns the document of a photo that was converted or failed permanently. Raises temporary errors.

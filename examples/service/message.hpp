@@ -49,8 +49,10 @@ inline void check_key(const std::string& key, const std::string& where = "messag
         begin = end + 1;
     }
     if (!is_good)
-        raise(error_code::invalid_data, where, "keys of at most " + std::to_string(max_bytes) + " bytes, like folder/photo.jpg",
-              "\"" + key.substr(0, max_bytes + 1) + "\"");
+        raise(
+            error_code::invalid_data, where,
+            "keys of at most " + std::to_string(max_bytes) + " bytes of UTF-8 without control characters, like folder/photo.jpg",
+            "\"" + key.substr(0, max_bytes + 1) + "\"");
 }
 
 /// Raises invalid_data for a key of a photo that check_key() refuses, or whose outputs would have too long keys.

@@ -32,7 +32,7 @@
 namespace ldi::examples { namespace {
 
 struct queue_options {
-    std::string broker = "amqp://guest:guest@127.0.0.1:5672/", queue = "photos", job;
+    std::string broker = "amqp://guest:guest@127.0.0.1:5672", queue = "photos", job;
     std::size_t photos_per_message = 16, expected = 0;
     std::filesystem::path results, dead;
 };

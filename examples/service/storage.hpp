@@ -73,6 +73,9 @@ public:
         const file_handle folder = folder_of(key, false);
         // Without O_NONBLOCK, opening a pipe without a writer would block forever.
         const file_handle file(folder, name_of(key), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+        // The permissions of a single file are not a failure of the storage.
+        if (file.number() < 0 && (errno == EACCES || errno == EPERM))
+            raise_system_error(errno, path_of(key), "a file that can be read");
         if (file.number() < 0) fail(key, "a file that can be read");
         struct stat facts {};
         if (::fstat(file.number(), &facts) != 0) fail(key, "a file that can be read");
@@ -168,7 +171,8 @@ private:
         for (const dirent* item = nullptr; items && (item = ::readdir(items.get())) != nullptr;) {
             const std::string name = item->d_name;
             if (!name.starts_with(".ldi-") || !name.ends_with(".put")) continue;
-            const file_handle file(folder, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+            // For a lock of the whole file, NFS needs a file that is open for writing.
+            const file_handle file(folder, name, O_RDWR | O_NOFOLLOW | O_NONBLOCK);
             struct stat facts {};
             if (file.number() >= 0 && ::flock(file.number(), LOCK_EX | LOCK_NB) == 0 && ::fstat(file.number(), &facts) == 0 &&
                 S_ISREG(facts.st_mode) && facts.st_uid == ::geteuid())
@@ -179,6 +183,9 @@ private:
     std::string path_of(const std::string& key) const { return (folder_ / key).string(); }
     static std::string name_of(const std::string& key) { return std::filesystem::path(key).filename().string(); }
 
+    /// Raises the error of the last system call.
+    ///
+    /// expected  for messages
     [[noreturn]] void fail(const std::string& key, const char* expected) const {
         if (errno == ELOOP || errno == EMLINK || errno == ENOTDIR)
             raise(error_code::file_access, path_of(key), expected,

@@ -40,7 +40,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);  // set by a signal handl
 std::atomic<bool> is_ending{false};
 
 struct worker_options {
-    std::string broker = "amqp://guest:guest@127.0.0.1:5672/", queue = "photos", photos, outputs, http;
+    std::string broker = "amqp://guest:guest@127.0.0.1:5672", queue = "photos", photos, outputs, http;
     double patience = 600;       // seconds; less than the half hour after which RabbitMQ delivers a message again
     std::uint16_t prefetch = 1;  // with more, a crash also uses up one delivery of each other message that the worker holds
     std::vector<std::string> conversion;

@@ -42,14 +42,21 @@ count_step "the failed photo of that job, and all photos of another job, are con
 stop_worker TERM "$worker"
 count_step "a worker logs its end after a signal" documents have_events "$worker_log" end 1
 
-# A pipe without a writer, and a link to a file outside the folder, must be refused.
+submits_with_slash() { echo a.jpg | "$PROGRAMS/photo3d_queue" --broker "$broker_url/" --queue slash submit --job slash; }
+count_step "an address of a broker may end in a slash" submits_with_slash
+
+# A pipe without a writer, and a link to a file outside the folder, must be refused. A file of another program must not be replaced.
 mkfifo "$folder/photos/pipe.jpg"
 ln -s ../keys "$folder/photos/link.jpg"
-printf '%s\n' pipe.jpg a.jpg link.jpg >"$folder/odd"
+cp "$one_photo" "$folder/photos/kept.jpg"
+printf '{"title": "my holiday"}\n' >"$folder/outputs/kept.jpg.json"
+printf '%s\n' pipe.jpg a.jpg link.jpg kept.jpg >"$folder/odd"
 queue calm submit --job odd <"$folder/odd"
 start_worker odd calm "$folder/photos" "$folder/outputs"
-queue calm collect --results "$folder/odd_results" --dead "$folder/odd_dead" --expected 3 >/dev/null
-count_step "photos that are not plain files become dead letters" documents codes_are "$folder/odd_dead" "file access" "file access"
+queue calm collect --results "$folder/odd_results" --dead "$folder/odd_dead" --expected 4 >/dev/null
+count_step "photos that are not plain files, or whose document would replace another program's file, become dead letters" \
+    documents codes_are "$folder/odd_dead" "file access" "file access" "file access"
+count_step "another program's file is kept" grep -q '^{"title": "my holiday"}$' "$folder/outputs/kept.jpg.json"
 stop_worker TERM "$worker"
 
 # This photo takes more processor time than a worker may use, so that the system ends every worker that receives the photo.

@@ -62,5 +62,9 @@ with tempfile.TemporaryDirectory() as top:
         (["submit", "more"], "command line: expected no further word, found more"),
     ):
         refused([QUEUE, *options], words, top)
+    folder = os.open(top, os.O_RDONLY)
+    said = subprocess.run([QUEUE, "submit"], stdin=folder, capture_output=True, text=True, timeout=60)
+    os.close(folder)
+    check("submit fails if standard input can't be read", said.returncode == 1 and "Is a directory" in said.stderr and said.stdout == "", said)
     check("invalid options cause no files to be written", os.listdir(top) == [])
 finish()

@@ -7,11 +7,13 @@
 #include <stdio.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -56,6 +58,20 @@ TEST_CASE("a folder that refuses new files is unavailable for now, because the p
         return;
     }
     CHECK(raised([&] { folder_storage(refusing).put("ldi_test", byte_string(5)); }) == error_code::unavailable);
+}
+
+TEST_CASE("a file that may not be read is the fault of the photo, not of the storage") {
+    const scratch_folder folder;
+    const std::filesystem::path place = folder / "photos";
+    std::filesystem::create_directory(place);
+    folder_storage storage(place);
+    storage.put("a.jpg", byte_string(5));
+    std::filesystem::permissions(place / "a.jpg", std::filesystem::perms::none);
+    const bool is_root = ::geteuid() == 0;  // root may read any file
+    if (is_root) REQUIRE(::seteuid(65534) == 0);
+    const std::optional<error_code> code = raised([&] { storage.get("a.jpg"); });
+    if (is_root) REQUIRE(::seteuid(0) == 0);
+    CHECK(code == error_code::file_access);
 }
 
 TEST_CASE("symbolic links inside a folder are not followed") {
