@@ -41,11 +41,12 @@ public:
         bool has_end = true;
         for (line_reader lines(written); has_end && lines.next();) {
             has_end = lines.has_end();
-            if (const std::optional<nlohmann::ordered_json> document = parse_document(lines.text())) {
+            const std::optional<nlohmann::ordered_json> document = parse_document(lines.text());
+            if (document && (document->contains("job") || document->contains("message"))) {
                 saved_ += static_cast<off_t>(lines.text().size()) + (has_end ? 1 : 0);
                 ids_.insert(id_of(*document));
                 if (!has_end) text_ = "\n";  // an editor removed the line's end
-            } else if (has_end || lines.text().rfind('{', 0) != 0) {
+            } else if (has_end || document || !may_be_incomplete(lines.text())) {
                 raise(error_code::invalid_data, path.string() + ", line " + std::to_string(lines.number()),
                       "a document that this program has written",
                       "\"" + lines.text().substr(0, 200) + "\" (to start over, name another file)");
@@ -82,6 +83,15 @@ public:
     const std::unordered_set<std::string>& ids() const { return ids_; }
 
 private:
+    /// Whether a line may be the beginning of a document that this program wrote.
+    static bool may_be_incomplete(const std::string& line) {
+        const auto begins_alike = [&](std::string_view start) {
+            const std::size_t common = std::min(line.size(), start.size());
+            return std::string_view(line).substr(0, common) == start.substr(0, common);
+        };
+        return line.size() <= max_document_bytes && (begins_alike(R"({"job":")") || begins_alike(R"({"message":")"));
+    }
+
     bool append(std::string_view rest) {
         while (!rest.empty()) {
             const ssize_t written = ::write(file_.number, rest.data(), rest.size());

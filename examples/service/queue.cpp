@@ -234,8 +234,10 @@ int main(int count, char** values) {
                      "from the current time")
         ->check(CLI::Validator(
             [](const std::string& name) {
-                const bool is_good = !name.empty() && name.size() <= photo_message::max_job_bytes;
-                return is_good ? std::string() : "expected 1 to 200 bytes, found " + std::to_string(name.size());
+                if (name.empty() || name.size() > photo_message::max_job_bytes)
+                    return "expected 1 to 200 bytes, found " + std::to_string(name.size());
+                return name == escaped(name) ? std::string()
+                                             : "expected UTF-8 without control characters, found " + escaped(name);
             },
             ""));
     sending->add_option("--photos-per-message", options.photos_per_message, "1 to 64")

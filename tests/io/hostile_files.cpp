@@ -175,6 +175,31 @@ TEST_CASE("each slice of a HEIC item counts as a picture, because each may cover
     CHECK(code_of(4097, 64) == error_code::too_large);
 }
 
+TEST_CASE(
+    "HEIC pictures that are derived from each other in more than 8 levels are refused, whatever the order of their numbers") {
+    byte_string record(23);
+    const auto code_of = [&](std::uint32_t levels, bool refers_to_lower) {
+        file_items items{{}, {box("hvcC", record), size_box(64, 64)}, {}, {}};
+        for (std::uint32_t i = 0; i <= levels; ++i) {
+            const std::uint32_t id = refers_to_lower ? levels + 1 - i : i + 1, next = refers_to_lower ? id - 1 : id + 1;
+            const bool is_last = i == levels;
+            items.items.push_back({id, is_last ? "hvc1" : "iden", {{0, 10}}});
+            items.uses.push_back({id, is_last ? std::vector<std::uint32_t>{1, 2} : std::vector<std::uint32_t>{2}});
+            if (!is_last) items.references.push_back({"dimg", id, {next}});
+        }
+        const byte_string file = item_file(items, byte_string(10));
+        return raised([&] {
+            detail::decoding_budget budget({}, {}, file.size());
+            detail::heif_items(file, budget, "file").take_primary(budget);
+        });
+    };
+    for (const bool refers_to_lower : {false, true}) {
+        CHECK_FALSE(code_of(3, refers_to_lower));
+        CHECK(code_of(12, refers_to_lower) == error_code::invalid_data);
+        CHECK(code_of(4000, refers_to_lower) == error_code::invalid_data);
+    }
+}
+
 TEST_CASE("HEIC items with many properties, two configurations or too many coded units are refused") {
     const auto code_of = [](const file_items& items, const byte_string& data) {
         const byte_string file = item_file(items, data);

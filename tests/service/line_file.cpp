@@ -96,8 +96,10 @@ TEST_CASE("a file of documents can have only one writer at a time") {
 TEST_CASE("a file that another program wrote is refused and stays unchanged") {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "notes";
-    for (const std::string& text : {std::string("my only notes, one line"), line(1) + "notes", std::string("notes\n"),
-                                    line(1) + "{\n", std::string("\n")}) {
+    for (const std::string& text :
+         {std::string("my only notes, one line"), line(1) + "notes", std::string("notes\n"), line(1) + "{\n", std::string("\n"),
+          std::string("{\"title\": \"mine\"}\n"), std::string("{\"title\": \"mine\"}"), line(1) + "{\"title\": \"mi",
+          "{\"job\":\"" + std::string(100'000, 'a')}) {
         std::ofstream(path) << text;
         CHECK(raised([&] { line_file file(path); }) == error_code::invalid_data);
         CHECK(text_of(path) == text);

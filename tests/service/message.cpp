@@ -59,7 +59,8 @@ TEST_CASE("a key is refused, also in a message, if the keys of its outputs would
             CHECK(code == error_code::invalid_data);
     for (const std::string& bad : {std::string(996, 'k'), std::string("folder/"), std::string()})
         CHECK_THROWS_WITH(check_photo_key(bad, "keys, line 3"),
-                          Catch::StartsWith("keys, line 3: expected keys of at most 995 bytes of UTF-8 without control characters, like folder/photo.jpg, found"));
+                          Catch::StartsWith("keys, line 3: expected keys of at most 995 bytes of UTF-8 without control "
+                                            "characters, like folder/photo.jpg, found"));
 }
 
 TEST_CASE("a document's id is its job and photo, or the whole document if either is missing") {

@@ -142,6 +142,7 @@ function hostileFiles() {
             return putTogether({ json, binary });
         })(),
         overlapping: plain((json) => json.bufferViews.push(...Array(300).fill({ buffer: 0, byteLength: json.buffers[0].byteLength }))),
+        hiddenOverlap: changed((json) => json.bufferViews.push(...Array(20).fill({ buffer: 0, byteLength: json.buffers[0].byteLength, extensions: { OTHER: {} } }))),
         animated: plain((json) => (json.animations = [{ samplers: [{ input: 0, output: 0 }], channels: [] }])),
         morphTargets: plain((json) => (json.meshes[0].primitives[0].targets = Array(2000).fill({ POSITION: 0 }))),
         sharedMesh: plain((json) => (manyVertices(json), (json.nodes = Array.from({ length: 3000 }, () => ({ mesh: 0 }))))),
@@ -531,6 +532,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.throws(() => checkGlb(bytesOf(hostile.compressedPicture)), /compressed a second time/);
         assert.throws(() => checkGlb(bytesOf(hostile.morphTargets)), /morph targets/);
         assert.throws(() => checkGlb(bytesOf(hostile.overlapping)), /overlap/);
+        assert.throws(() => checkGlb(bytesOf(hostile.hiddenOverlap)), /overlap/);
         assert.throws(() => checkGlb(bytesOf(hostile.animated)), /animations/);
         assert.throws(() => checkGlb(bytesOf(hostile.sharedVertices)), /too many meshes/);
         assert.throws(() => checkGlb(bytesOf(hostile.instances)), /draws a mesh many times/);

@@ -174,7 +174,11 @@ export class Photo3D extends Base {
             if (abort.signal.aborted) disposeOf(photo);
             else await this.#show(photo);
         } catch (failure) {
-            if (!abort.signal.aborted) throw failure;
+            if (!abort.signal.aborted) {
+                this.#load = null; // `src` may be loaded again
+                this.#loadIfDue();
+                throw failure;
+            }
         }
         abort.signal.throwIfAborted();
     }

@@ -59,7 +59,7 @@ function listenForFiles() {
     element("choose").addEventListener("click", () => element("file").click());
     element("file").addEventListener("change", (event) => openFile(event.target.files[0]));
     addEventListener("keydown", (event) => {
-        if (event.altKey || event.ctrlKey || event.metaKey || event.target.matches("input, textarea")) return;
+        if (globalThis.parent !== globalThis || event.altKey || event.ctrlKey || event.metaKey || event.target.matches("input, textarea")) return;
         if (event.key === "o") element("file").click();
     });
 }

@@ -37,6 +37,7 @@ let isBusy = false;
 function setView(view, becomesBusy = view === "busy" || view === "recording") {
     root.dataset.view = view;
     isBusy = becomesBusy;
+    element("frame").inert = view === "recording"; // input would end the sway
     for (const id of ["choose", "camera", "again", "glb", "page", "video", "share"]) element(id).disabled = isBusy;
 }
 

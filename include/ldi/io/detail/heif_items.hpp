@@ -65,6 +65,7 @@ private:
         double coded = 0;         ///< bytes of their data, with repetitions
         double per_pixel = 0;     ///< memory in bytes
         bool is_foreign = false;  ///< the codec is neither HEVC nor AV1
+        int levels = 0;           ///< largest number of pictures on the way to a picture that is not derived and has no auxiliary
         bool is_known = false;    ///< false while the cost is being computed
     };
 
@@ -106,6 +107,7 @@ private:
         cost& c = place->second;
         if (!is_new) {
             if (!c.is_known) broken("a picture that contains itself");
+            if (depth + c.levels > max_depth) broken("derived pictures nested " + std::to_string(depth + c.levels) + " deep");
             return c;
         }
         read_properties(item->second, c);
@@ -115,6 +117,7 @@ private:
             read_coded(item->second, c);
         for (const std::uint32_t other : item->second.auxiliaries) {
             const cost& auxiliary = cost_of(other, depth + 1);
+            c.levels = (std::max)(c.levels, auxiliary.levels + 1);
             if (is_auxiliary(other, "urn:mpeg:avc:2015:auxid:1") || is_auxiliary(other, "urn:mpeg:hevc:2015:auxid:1") ||
                 is_auxiliary(other, "urn:mpeg:mpegB:cicp:systems:auxiliary:alpha"))
                 c.memory += auxiliary.memory, c.pixels += auxiliary.pixels, c.pictures += auxiliary.pictures,
@@ -184,6 +187,7 @@ private:
         double pixels = 0, memory = 0;
         for (const std::uint32_t id : item.sources) {
             const cost& source = cost_of(id, depth + 1);
+            c.levels = (std::max)(c.levels, source.levels + 1);
             pixels += source.pixels, c.pictures += source.pictures, c.coded += source.coded;
             memory = (std::max)(memory, source.memory);
             c.per_pixel = (std::max)(c.per_pixel, source.per_pixel), c.is_foreign = c.is_foreign || source.is_foreign;

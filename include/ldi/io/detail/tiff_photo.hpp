@@ -127,13 +127,13 @@ struct opened_tiff {
         for (const char* const said : {"No space", "ut of memory", "nsufficient memory", "allocate memory"})
             if (!is_damaged && memory.complaint.find(said) != std::string::npos)
                 raise(error_code::out_of_memory, where, "enough memory", "too little: " + memory.complaint);
-        damaged(picture_format::tiff, where, memory.complaint);
+        damaged(picture_format::tiff, where, memory.complaint.empty() ? "data that cannot be decoded" : memory.complaint);
     }
 
 private:
     /// Returns whether the file is compressed as JPEG. Raises unsupported for compressions whose decoders may use more memory or
     /// time than the size of a strip or tile suggests, or end the program (JBIG).
-    bool check_compression(const std::string& where) const {
+    std::uint16_t check_compression(const std::string& where) const {
         std::uint16_t compression = COMPRESSION_NONE;
         TIFFGetFieldDefaulted(file.get(), TIFFTAG_COMPRESSION, &compression);
         switch (compression) {
@@ -144,8 +144,8 @@ private:
             case COMPRESSION_LZW:
             case COMPRESSION_ADOBE_DEFLATE:
             case COMPRESSION_DEFLATE:
-            case COMPRESSION_PACKBITS: return false;
-            case COMPRESSION_JPEG: return true;
+            case COMPRESSION_PACKBITS:
+            case COMPRESSION_JPEG: return compression;
             default:
                 raise(error_code::unsupported, where,
                       "a TIFF file without compression, or with LZW, Deflate, PackBits, CCITT or JPEG",
@@ -163,7 +163,10 @@ private:
         TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width);
         TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height);
         if (width == 0 || height == 0) broken(where);
-        const bool is_jpeg = check_compression(where);
+        const std::uint16_t compression = check_compression(where);
+        const bool is_jpeg = compression == COMPRESSION_JPEG, is_fax = compression == COMPRESSION_CCITTRLE ||
+                                                                       compression == COMPRESSION_CCITTFAX3 ||
+                                                                       compression == COMPRESSION_CCITTFAX4;
         header.format = picture_format::tiff;
         header.width = width, header.height = height;
         header.memory_per_pixel = 8;  // packed RGBA, then RGB
@@ -181,6 +184,7 @@ private:
         const double part = nearest_double(is_tiled ? TIFFTileSize64(file.get()) : TIFFStripSize64(file.get()));
         header.more_memory = nearest_double(memory.bytes.size()) + 2 * part * (layout == PLANARCONFIG_CONTIG ? 1 : 4) +
                              4 * nearest_double(tile_width) * nearest_double(tile_height);
+        if (is_fax) header.more_memory += 16 * nearest_double(is_tiled ? tile_width : width);  // libtiff's tables of a row's runs
         budget.charge(header, where);
         // Several strips or tiles may share the same bytes of the file, and libtiff reads them for each.
         const std::uint32_t parts = is_tiled ? TIFFNumberOfTiles(file.get()) : TIFFNumberOfStrips(file.get());
