@@ -33,7 +33,7 @@ let shown = null;
 let viewer = null;
 let isBusy = false;
 
-/** @param {"empty" | "busy" | "recording" | "shown"} view */
+/** @param {"empty" | "busy" | "recording" | "shown"} view @param {boolean} [becomesBusy]  whether the page refuses photos and disables its buttons */
 function setView(view, becomesBusy = view === "busy" || view === "recording") {
     root.dataset.view = view;
     isBusy = becomesBusy;

@@ -33,8 +33,9 @@ class deflate_block_counter {
 public:
     /// max_blocks  the counter stops after one block more
     explicit deflate_block_counter(std::size_t max_blocks) : max_blocks_(max_blocks) {
-        is_ready_ = inflateInit2(&stream_, -15) == Z_OK;
-    }  // -15: no zlib header, and any window size
+        constexpr int any_window_without_header = -15;
+        is_ready_ = inflateInit2(&stream_, any_window_without_header) == Z_OK;
+    }
     deflate_block_counter(const deflate_block_counter&) = delete;
     deflate_block_counter& operator=(const deflate_block_counter&) = delete;
     ~deflate_block_counter() { inflateEnd(&stream_); }
@@ -93,7 +94,7 @@ inline void limit_png_blocks(std::span<const std::byte> bytes, const std::string
               "a PNG file with at most " + std::to_string(max_png_blocks) + " blocks of compressed data", "more blocks");
 }
 
-/// Whether a zlib stream has at most `max_blocks` deflate blocks and is not damaged.
+/// Whether a zlib stream has at most `max_blocks` deflate blocks and is not damaged; false also if memory runs out.
 inline bool has_few_blocks(std::span<const std::byte> stream, std::size_t max_blocks) {
     deflate_block_counter counter(max_blocks);
     return counter.read(stream) && counter.blocks() <= max_blocks;

@@ -131,7 +131,7 @@ struct opened_tiff {
     }
 
 private:
-    /// Returns whether the file is compressed as JPEG. Raises unsupported for compressions whose decoders may use more memory or
+    /// Returns the compression. Raises unsupported for compressions whose decoders may use more memory or
     /// time than the size of a strip or tile suggests, or end the program (JBIG).
     std::uint16_t check_compression(const std::string& where) const {
         std::uint16_t compression = COMPRESSION_NONE;
@@ -164,9 +164,9 @@ private:
         TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height);
         if (width == 0 || height == 0) broken(where);
         const std::uint16_t compression = check_compression(where);
-        const bool is_jpeg = compression == COMPRESSION_JPEG, is_fax = compression == COMPRESSION_CCITTRLE ||
-                                                                       compression == COMPRESSION_CCITTFAX3 ||
-                                                                       compression == COMPRESSION_CCITTFAX4;
+        const bool is_jpeg = compression == COMPRESSION_JPEG;
+        const bool is_fax =
+            compression == COMPRESSION_CCITTRLE || compression == COMPRESSION_CCITTFAX3 || compression == COMPRESSION_CCITTFAX4;
         header.format = picture_format::tiff;
         header.width = width, header.height = height;
         header.memory_per_pixel = 8;  // packed RGBA, then RGB
