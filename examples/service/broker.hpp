@@ -94,6 +94,12 @@ public:
         check();
     }
 
+    /// Ends the subscription to a queue. receive() may still return messages that the broker sent before. Raises unavailable.
+    void stop_consuming(const std::string& queue) {
+        amqp_basic_cancel(state_.get(), channel, bytes(queue));
+        check();
+    }
+
     /// Returns the next message, or nothing if none arrives within `patience`. Raises unavailable.
     std::optional<delivery> receive(std::chrono::milliseconds patience) {
         amqp_envelope_t envelope;

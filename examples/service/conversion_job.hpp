@@ -112,15 +112,15 @@ private:
         return document;
     }
 
-    /// Returns the document beside the GLB file, if it belongs to this job and photo. Raises file_access if there is a file of
-    /// another program, which the document of this photo would replace.
+    /// Returns the document beside the GLB file, if it belongs to this job and photo. Raises file_access if something else has the
+    /// document's name: a file of another program, which the document would replace, or a folder.
     std::optional<nlohmann::ordered_json> find_record(const std::string& record, const nlohmann::ordered_json& wanted) {
         std::optional<nlohmann::ordered_json> document;
         try {
-            const std::vector<std::byte> bytes = outputs_.get(record, max_document_bytes);
-            document = parse_document(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+            const std::optional<std::vector<std::byte>> bytes = outputs_.find(record, max_document_bytes);
+            if (!bytes) return std::nullopt;
+            document = parse_document(std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
         } catch (const error& failed) {
-            if (failed.code() == error_code::file_access) return std::nullopt;
             if (failed.code() != error_code::too_large) throw;
         }
         if (!document || !document->contains("job") || !document->contains("photo"))

@@ -17,6 +17,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -55,10 +56,14 @@ public:
         if (prefix_.size() + key.size() > max_bytes)
             raise(error_code::invalid_data, "message", "a key of at most 1024 bytes with its prefix", key);
     }
-    std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) override {
+    std::optional<std::vector<std::byte>> find(const std::string& key, std::size_t max_bytes) override {
         return perform(key, nullptr, max_bytes);
     }
-    void put(const std::string& key, std::span<const std::byte> bytes) override { perform(key, &bytes, max_object_bytes); }
+    void put(const std::string& key, std::span<const std::byte> bytes) override {
+        constexpr std::size_t max_answer_bytes = 65536;
+        if (!perform(key, &bytes, max_answer_bytes)) raise(error_code::unavailable, where(key), "an object", "HTTP status 404");
+    }
+    std::string where(const std::string& key) const override { return endpoint_ + encoded(prefix_ + key); }
 
 private:
     using header_list = std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)>;
@@ -129,13 +134,14 @@ private:
         return headers;
     }
 
-    /// Sends one request, and returns the body of the response. Raises the errors of get() and put().
+    /// Sends one request, and returns the body of the response, or nothing if there is no such object. Raises the errors of find()
+    /// and put().
     ///
     /// body  bytes to put; nullptr to get the object
-    std::vector<std::byte> perform(const std::string& key, const std::span<const std::byte>* body, std::size_t max_bytes) {
+    std::optional<std::vector<std::byte>> perform(const std::string& key, const std::span<const std::byte>* body, std::size_t max_bytes) {
         check(key);
         CURL* const curl = curl_.get();
-        const std::string url = endpoint_ + encoded(prefix_ + key), signer = "aws:amz:" + region_ + ":s3";
+        const std::string url = where(key), signer = "aws:amz:" + region_ + ":s3";
         answer answered{max_bytes};
         curl_easy_reset(curl);  // keeps connections open
         curl_easy_setopt(curl, CURLOPT_URL, url.c_str());
@@ -158,23 +164,26 @@ private:
             curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, "PUT");
         }
         const CURLcode done = curl_easy_perform(curl);
-        check_answer(url, done, answered);
+        if (!has_object(url, done, answered)) return std::nullopt;
         return std::move(answered.bytes);
     }
 
-    void check_answer(const std::string& url, CURLcode done, const answer& answered) const {
-        if (answered.is_too_large)
-            raise(error_code::too_large, url, "at most " + std::to_string(answered.max_bytes) + " bytes", "more");
+    /// Returns false if there is no such object. Raises the errors of find() and put().
+    bool has_object(const std::string& url, CURLcode done, const answer& answered) const {
         if (answered.is_out_of_memory) throw std::bad_alloc();
-        if (done != CURLE_OK) raise(error_code::unavailable, url, "a response", curl_easy_strerror(done));
+        if (done != CURLE_OK && !answered.is_too_large)
+            raise(error_code::unavailable, url, "a response", curl_easy_strerror(done));
         long status = 0;
         curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &status);
-        if (status >= 200 && status < 300) return;
-        const std::string_view text(reinterpret_cast<const char*>(answered.bytes.data()), answered.bytes.size());
-        if (status == 404 && text.find("NoSuchBucket") == std::string_view::npos)
-            raise(error_code::file_access, url, "an object", "none");
-        raise(error_code::unavailable, url, "an object",
-              "HTTP status " + std::to_string(status) + ": " + std::string(text.substr(0, 200)));
+        if (status < 200 || status >= 300) {  // judged before the size, which is that of an error page
+            const std::string_view text(reinterpret_cast<const char*>(answered.bytes.data()), answered.bytes.size());
+            if (status == 404 && text.find("NoSuchKey") != std::string_view::npos) return false;  // also 404: no such bucket
+            raise(error_code::unavailable, url, "an object",
+                  "HTTP status " + std::to_string(status) + ": " + std::string(text.substr(0, 200)));
+        }
+        if (answered.is_too_large)
+            raise(error_code::too_large, url, "at most " + std::to_string(answered.max_bytes) + " bytes", "more");
+        return true;
     }
 
     struct clean_up {

@@ -24,6 +24,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <system_error>
@@ -45,12 +46,23 @@ public:
     /// Raises invalid_data for a key that put() would not accept.
     virtual void check(const std::string& key) const = 0;
 
-    /// Returns an object. Raises file_access if it does not exist, too_large if it has more than max_bytes, and unavailable for
-    /// failures of the storage itself: no network, no space, wrong credentials.
-    virtual std::vector<std::byte> get(const std::string& key, std::size_t max_bytes = max_object_bytes) = 0;
+    /// Returns an object, or nothing if there is nothing with this key. Raises file_access if the key names something that can't
+    /// be read, such as a folder, too_large if the object has more than max_bytes, and unavailable for failures of the storage
+    /// itself: no network, no space, wrong credentials.
+    virtual std::optional<std::vector<std::byte>> find(const std::string& key, std::size_t max_bytes) = 0;
 
-    /// Writes an object. Anyone who reads it meanwhile gets all old bytes or all new bytes. Raises the same errors as get().
+    /// Returns an object that must exist. Raises file_access if it does not, and the errors of find().
+    std::vector<std::byte> get(const std::string& key, std::size_t max_bytes = max_object_bytes) {
+        std::optional<std::vector<std::byte>> found = find(key, max_bytes);
+        if (!found) raise(error_code::file_access, where(key), "an object", "none");
+        return std::move(*found);
+    }
+
+    /// Writes an object. Anyone who reads it meanwhile gets all old bytes or all new bytes. Raises the same errors as find().
     virtual void put(const std::string& key, std::span<const std::byte> bytes) = 0;
+
+    /// Returns the place of an object for messages: its path or its URL.
+    virtual std::string where(const std::string& key) const = 0;
 };
 
 /// A folder, possibly on another machine. Untrusted users may have written to it. The functions therefore do not follow links,
@@ -69,17 +81,19 @@ public:
                   "a key whose names have at most " + std::to_string(max_name) + " bytes each", key);
     }
 
-    std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) override {
-        const file_handle folder = folder_of(key, false);
+    std::optional<std::vector<std::byte>> find(const std::string& key, std::size_t max_bytes) override {
+        const std::optional<file_handle> folder = find_folder_of(key);
+        if (!folder) return std::nullopt;
         // Without O_NONBLOCK, opening a pipe without a writer would block forever.
-        const file_handle file(folder, name_of(key), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+        const file_handle file(*folder, name_of(key), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+        if (file.number() < 0 && errno == ENOENT) return std::nullopt;
         // The permissions of a single file are not a failure of the storage.
         if (file.number() < 0 && (errno == EACCES || errno == EPERM))
-            raise_system_error(errno, path_of(key), "a file that can be read");
+            raise_system_error(errno, where(key), "a file that can be read");
         if (file.number() < 0) fail(key, "a file that can be read");
         struct stat facts {};
         if (::fstat(file.number(), &facts) != 0) fail(key, "a file that can be read");
-        if (!S_ISREG(facts.st_mode)) raise(error_code::file_access, path_of(key), "a file", "something else, such as a pipe");
+        if (!S_ISREG(facts.st_mode)) raise(error_code::file_access, where(key), "a file", "something else, such as a pipe");
         const std::size_t size = static_cast<std::size_t>(facts.st_size);
         std::vector<std::byte> bytes(std::min(size, max_bytes) + 1);  // one more, to detect a file that grows
         std::size_t used = 0;
@@ -91,17 +105,19 @@ public:
             used += static_cast<std::size_t>(got);
         }
         if (used > max_bytes)
-            raise(error_code::too_large, path_of(key), "at most " + std::to_string(max_bytes) + " bytes", std::to_string(size));
+            raise(error_code::too_large, where(key), "at most " + std::to_string(max_bytes) + " bytes", std::to_string(size));
         bytes.resize(used);
         return bytes;
     }
 
+    std::string where(const std::string& key) const override { return (folder_ / key).string(); }
+
     void put(const std::string& key, std::span<const std::byte> bytes) override {
         check(key);
-        const file_handle folder = folder_of(key, true);
+        const file_handle folder = make_folder_of(key);
         struct stat facts {};
         if (::fstatat(folder.number(), name_of(key).c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(facts.st_mode))
-            raise(error_code::file_access, path_of(key), "a regular file or none",
+            raise(error_code::file_access, where(key), "a regular file or none",
                   "a link, or something else that is not a regular file");
         if (searched_.insert(std::filesystem::path(key).parent_path().string()).second)  // searches each folder once
             remove_abandoned(folder);
@@ -180,7 +196,6 @@ private:
         }
     }
 
-    std::string path_of(const std::string& key) const { return (folder_ / key).string(); }
     static std::string name_of(const std::string& key) { return std::filesystem::path(key).filename().string(); }
 
     /// Raises the error of the last system call.
@@ -188,26 +203,39 @@ private:
     /// expected  for messages
     [[noreturn]] void fail(const std::string& key, const char* expected) const {
         if (errno == ELOOP || errno == EMLINK || errno == ENOTDIR)
-            raise(error_code::file_access, path_of(key), expected,
+            raise(error_code::file_access, where(key), expected,
                   "a link (links are not followed), or a file instead of a folder");
-        if (errno == ENOENT || errno == EISDIR || errno == ENAMETOOLONG) raise_system_error(errno, path_of(key), expected);
+        if (errno == ENOENT || errno == EISDIR || errno == ENAMETOOLONG) raise_system_error(errno, where(key), expected);
         // Any other error is one of the storage, such as a read-only disk, and a later try may succeed.
-        raise(error_code::unavailable, path_of(key), expected, "an error: " + system_reason(last_error()));
+        raise(error_code::unavailable, where(key), expected, "an error: " + system_reason(last_error()));
     }
 
-    /// Opens the folder of an object, one folder of the path after the other. Raises invalid_data, file_access, unavailable.
-    ///
-    /// makes_missing  makes missing folders
-    file_handle folder_of(const std::string& key, bool makes_missing) const {
+    /// Opens the folder of an object; empty if it does not exist. Raises invalid_data, file_access, unavailable.
+    std::optional<file_handle> find_folder_of(const std::string& key) const {
+        file_handle folder = open_folder_of(key, false);
+        if (folder.number() >= 0) return folder;
+        if (errno == ENOENT) return std::nullopt;
+        fail(key, "a folder");
+    }
+
+    /// Opens the folder of an object, and makes missing folders. Raises invalid_data, file_access, unavailable.
+    file_handle make_folder_of(const std::string& key) const {
+        file_handle folder = open_folder_of(key, true);
+        if (folder.number() < 0) fail(key, "a folder");
+        return folder;
+    }
+
+    /// Opens the folder of an object, one folder of the path after the other. After a failure, the result is invalid and errno
+    /// has the reason.
+    file_handle open_folder_of(const std::string& key, bool makes_missing) const {
         check_key(key);
         file_handle folder(folder_, O_RDONLY | O_DIRECTORY);
         // The folder may be on a disk that is not mounted at the moment: a later attempt may succeed.
         if (folder.number() < 0) raise(error_code::unavailable, folder_.string(), "a folder", "none");
         for (const std::filesystem::path& name : std::filesystem::path(key).parent_path()) {
-            if (makes_missing && ::mkdirat(folder.number(), name.c_str(), 0777) != 0 && errno != EEXIST) fail(key, "a folder");
-            file_handle next(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
-            if (next.number() < 0) fail(key, "a folder");
-            folder = std::move(next);
+            const bool is_made = !makes_missing || ::mkdirat(folder.number(), name.c_str(), 0777) == 0 || errno == EEXIST;
+            folder = is_made ? file_handle(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW) : file_handle();
+            if (folder.number() < 0) break;
         }
         return folder;
     }
@@ -229,12 +257,13 @@ public:
         : tried_(std::move(tried)), patience_(patience), is_ending_(is_ending), on_failure_(std::move(on_failure)) {}
 
     void check(const std::string& key) const override { tried_->check(key); }
-    std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) override {
-        return patiently([&] { return tried_->get(key, max_bytes); });
+    std::optional<std::vector<std::byte>> find(const std::string& key, std::size_t max_bytes) override {
+        return patiently([&] { return tried_->find(key, max_bytes); });
     }
     void put(const std::string& key, std::span<const std::byte> bytes) override {
         patiently([&] { return tried_->put(key, bytes), 0; });
     }
+    std::string where(const std::string& key) const override { return tried_->where(key); }
 
     /// Whether the storage was available at the last try. Any thread may call it.
     bool is_there() const { return is_there_; }

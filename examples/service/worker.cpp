@@ -23,6 +23,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -144,6 +145,11 @@ private:
         is_ending = true;
     }
 
+    bool has_failed() {
+        const std::lock_guard lock(mutex_);
+        return failed_ != nullptr;
+    }
+
     void serve_or_wait() {
         std::string why;
         try {
@@ -165,26 +171,38 @@ private:
         publisher out(options_.broker, names);
         ++connection_;
         in.declare(names);
+        // before the first message arrives, because an exception, such as one of a full log disk, would use up one of its deliveries
+        log_event("info", "broker found", {{"connection", connection_.load()}});
         in.consume(names.photos, options_.prefetch);
         has_broker_ = true;
         metrics_.connections.Increment();
-        log_event("info", "broker found", {{"connection", connection_.load()}});
+        std::size_t held = 0;               // messages that are neither acknowledged nor given back
         std::optional<finished_task> sent;  // published, but not confirmed
-        while (!is_ending) {
-            if (std::optional<delivery> message = in.receive(std::chrono::milliseconds(5)))
+        const auto process = [&] {
+            if (std::optional<delivery> message = in.receive(std::chrono::milliseconds(5))) {
                 tasks_.push({connection_, std::move(*message)});
+                ++held;
+            }
             if (!sent) sent = next_finished();
             if (sent && sent->done.is_given_back) {
                 in.give_back(sent->tag);
                 metrics_.given_back.Increment();
-                sent.reset();
+                sent.reset(), --held;
             } else if (out.store(sent ? &sent->done : nullptr)) {
                 in.acknowledge(sent->tag);
                 metrics_.messages.Increment();
-                sent.reset();
+                sent.reset(), --held;
             }
             has_broker_ = out.is_connected();
-        }
+        };
+        while (!is_ending) process();
+        // Publishes the current photo's document, and returns the other messages. Other workers get the rest if the broker
+        // accepts nothing, or if the photo takes too long.
+        constexpr std::chrono::seconds patience(60);
+        in.stop_consuming(names.photos);
+        for (const auto begun = std::chrono::steady_clock::now();
+             held > 0 && !has_failed() && std::chrono::steady_clock::now() - begun < patience;)
+            process();
     }
 
     /// Returns a finished task, unless there is none. Drops those of earlier connections, which the broker delivers again.
@@ -197,7 +215,7 @@ private:
     void convert() try {
         while (std::optional<task> next = tasks_.pop()) {
             spare_memory::reserve();
-            if (next->connection == connection_ && !is_ending)
+            if (next->connection == connection_)
                 finished_.push({next->connection, next->message.tag, job_.work_on(next->message)});
         }
     } catch (...) {

@@ -50,12 +50,16 @@ mkfifo "$folder/photos/pipe.jpg"
 ln -s ../keys "$folder/photos/link.jpg"
 cp "$one_photo" "$folder/photos/kept.jpg"
 printf '{"title": "my holiday"}\n' >"$folder/outputs/kept.jpg.json"
-printf '%s\n' pipe.jpg a.jpg link.jpg kept.jpg >"$folder/odd"
+cp "$one_photo" "$folder/photos/taken.jpg"
+mkdir "$folder/outputs/taken.jpg.json"
+printf '%s\n' pipe.jpg a.jpg link.jpg kept.jpg taken.jpg >"$folder/odd"
 queue calm submit --job odd <"$folder/odd"
 start_worker odd calm "$folder/photos" "$folder/outputs"
-queue calm collect --results "$folder/odd_results" --dead "$folder/odd_dead" --expected 4 >/dev/null
-count_step "photos that are not plain files, or whose document would replace another program's file, become dead letters" \
-    documents codes_are "$folder/odd_dead" "file access" "file access" "file access"
+queue calm collect --results "$folder/odd_results" --dead "$folder/odd_dead" --expected 5 >/dev/null
+count_step "photos that are not plain files, or whose document would replace another program's file or a folder, become dead letters" \
+    documents codes_are "$folder/odd_dead" "file access" "file access" "file access" "file access"
+is_not_converted() { [ ! -e "$folder/outputs/taken.jpg.glb" ]; }
+count_step "a photo whose document can't be written is not converted" is_not_converted
 count_step "another program's file is kept" grep -q '^{"title": "my holiday"}$' "$folder/outputs/kept.jpg.json"
 stop_worker TERM "$worker"
 
@@ -97,6 +101,27 @@ control_broker() {
     HOME=$work/broker ERL_EPMD_PORT=$broker_names_port RABBITMQ_CONF_ENV_FILE=$work/broker/environment \
         RABBITMQ_NODENAME=ldi-$broker_port@localhost /usr/lib/rabbitmq/bin/rabbitmqctl --quiet "$@"
 }
+
+# queue_has NAME NUMBER
+queue_has() { [ "$(control_broker list_queues --no-table-headers name messages | awk -v name="$1" '$1 == name { print $2 }')" = "$2" ]; }
+
+# A worker that is asked to end publishes the document of its current photo, so that no other worker has to look at it.
+cp examples/photo3d/sample.jpg "$folder/photos/sample.jpg"
+start_worker ending ending "$folder/photos" "$folder/outputs"
+queue ending submit --job t <<<sample.jpg
+wait_until 60 grep -q '"event":"message"' "$worker_log"
+stop_worker TERM "$worker"
+count_step "a worker that ends after a signal publishes the document of its current photo" wait_until 20 queue_has ending.results 1
+count_step "a worker that ends after a signal acknowledges the message that it has completed" queue_has ending 0
+start_worker busy busy "$folder/photos" "$folder/outputs"
+for ((i = 0; i < 60; ++i)); do
+    ln "$folder/photos/sample.jpg" "$folder/photos/sample$i.jpg"
+    echo "sample$i.jpg"
+done | queue busy submit --job t --photos-per-message 60
+wait_until 60 grep -q '"event":"message"' "$worker_log"
+stop_worker TERM "$worker"
+count_step "a worker that ends after a signal returns a message with unfinished photos" wait_until 20 queue_has busy 1
+count_step "no document of a returned message is published" queue_has busy.results 0
 
 # A queue that refuses results: the worker keeps the message and publishes the documents of its converted photos again.
 start_worker full full "$folder/photos" "$folder/outputs"

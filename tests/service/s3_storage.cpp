@@ -9,11 +9,12 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <optional>
 #include <string>
-#include <string_view>
 #include <thread>
 #include <utility>
 
+using ldi::error_code;
 using ldi::examples::s3_storage;
 
 namespace {
@@ -21,7 +22,10 @@ namespace {
 /// Listens on a free port of this machine, and responds to one request.
 class server_for_one_request {
 public:
-    server_for_one_request() : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    explicit server_for_one_request(std::string status = "200 OK", std::string body = "ok")
+        : answer_("HTTP/1.1 " + status + "\r\nContent-Length: " + std::to_string(body.size()) + "\r\nConnection: close\r\n\r\n" +
+                  body),
+          socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
         sockaddr_in at{};
         at.sin_family = AF_INET, at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         socklen_t size = sizeof at;
@@ -45,22 +49,27 @@ public:
             if (count <= 0) break;
             request.append(part, static_cast<std::size_t>(count));
         }
-        constexpr std::string_view answer = "HTTP/1.1 200 OK\r\nContent-Length: 2\r\nConnection: close\r\n\r\nok";
-        static_cast<void>(::write(connection, answer.data(), answer.size()));
+        static_cast<void>(::send(connection, answer_.data(), answer_.size(), MSG_NOSIGNAL));  // the client may have enough earlier
         ::close(connection);
         return request;
     }
 
 private:
+    std::string answer_;
     int socket_, port_ = 0;
 };
+
+/// Sets the environment of s3_storage.
+void use(const server_for_one_request& server) {
+    ::setenv("AWS_ENDPOINT_URL", server.address().c_str(), 1);
+    ::setenv("AWS_ACCESS_KEY_ID", "id", 1), ::setenv("AWS_SECRET_ACCESS_KEY", "secret", 1);
+    ::setenv("no_proxy", "127.0.0.1", 1);
+}
 
 /// Gets an object from an S3 server that runs in this test, and returns the request.
 std::string request_with(const char* session_token) {
     const server_for_one_request server;
-    ::setenv("AWS_ENDPOINT_URL", server.address().c_str(), 1);
-    ::setenv("AWS_ACCESS_KEY_ID", "id", 1), ::setenv("AWS_SECRET_ACCESS_KEY", "secret", 1);
-    ::setenv("no_proxy", "127.0.0.1", 1);
+    use(server);
     if (session_token == nullptr)
         ::unsetenv("AWS_SESSION_TOKEN");
     else
@@ -72,6 +81,21 @@ std::string request_with(const char* session_token) {
     CHECK(bytes == ldi::testing::bytes_of("ok"));
     CHECK(request.starts_with("GET /bucket/in/a.jpg HTTP/1.1\r\n"));
     return request;
+}
+
+/// Gets an object of at most 100 bytes from a server with the given response. Returns the code of the error, or nothing.
+std::optional<error_code> failure_of(const std::string& status, const std::string& body) {
+    const server_for_one_request server(status, body);
+    use(server);
+    std::thread serving([&] { server.serve(); });
+    std::optional<error_code> code;
+    try {
+        s3_storage("s3://bucket/in").get("a.jpg", 100);
+    } catch (const ldi::error& failed) {
+        code = failed.code();
+    }
+    serving.join();
+    return code;
 }
 
 /// Names of the signed headers, with a semicolon after each.
@@ -90,4 +114,26 @@ TEST_CASE("requests to S3 contain the session token of temporary credentials, an
     CHECK_THAT(without, !Catch::Contains("security-token"));
     CHECK_THAT(signed_headers(without), Catch::Contains("x-amz-content-sha256;"));
     CHECK_THAT(request_with(""), !Catch::Contains("security-token"));
+}
+
+TEST_CASE("only an S3 server that has no such object causes an error of the photo; all other responses but success can be tried again") {
+    const std::string none = "<Error><Code>NoSuchKey</Code></Error>", page(1000, ' ');
+    CHECK(failure_of("200 OK", "photo") == std::nullopt);
+    CHECK(failure_of("200 OK", page) == error_code::too_large);
+    CHECK(failure_of("404 Not Found", none) == error_code::file_access);
+    CHECK(failure_of("404 Not Found", "<Error><Code>NoSuchBucket</Code></Error>") == error_code::unavailable);
+    for (const char* const status : {"403 Forbidden", "404 Not Found", "500 Internal Server Error", "503 Slow Down"}) {
+        CAPTURE(status);
+        CHECK(failure_of(status, "") == error_code::unavailable);
+        CHECK(failure_of(status, page) == error_code::unavailable);  // larger than the object may be
+    }
+}
+
+TEST_CASE("find() returns nothing if an S3 server has no such object") {
+    const server_for_one_request server("404 Not Found", "<Error><Code>NoSuchKey</Code></Error>");
+    use(server);
+    std::thread serving([&] { server.serve(); });
+    const auto found = s3_storage("s3://bucket/in").find("a.jpg", 100);
+    serving.join();
+    CHECK(!found);
 }

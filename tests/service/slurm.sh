@@ -113,9 +113,11 @@ is_refused() {
     [ "$status $said" = "$1" ]
 }
 refuses_equal_names() {
-    local refusal="2 $work/twice.jsonl: several photos have the output 1; name their outputs in the list"
+    local default=$work/none/1.glb
+    local refusal="2 $work/twice.jsonl: several photos have the output $default; name their outputs in the list"
     is_refused "$refusal" '"/a/1.jpg"' '"/b/2.jpg"' '"/b/1.png"' && is_refused "$refusal" '"/a/1.jpg"' '{"photo" : "/b/1.heic"}' &&
-        is_refused "${refusal/output 1/output x.glb}" '{"photo": "1.jpg", "output": "x.glb"}' '{"output" : "x.glb", "photo": "2.jpg"}' &&
+        is_refused "$refusal" '"/a/1.jpg"' "{\"photo\": \"/b/2.jpg\", \"output\": \"$work/none/../none/1.glb\"}" &&
+        is_refused "${refusal/$default/$PWD/x.glb}" '{"photo": "1.jpg", "output": "x.glb"}' '{"output" : "./x.glb", "photo": "2.jpg"}' &&
         is_refused "1 " '"/a/1.jpg"' '{"photo": "/b/1.jpg", "output": "b1.glb"}' '"/b/2.jpg"' && is_refused "1 " '{"photo": "1.jpg", "output": "x.glb"}'
 }
 

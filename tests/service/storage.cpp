@@ -51,6 +51,19 @@ TEST_CASE("a folder returns the bytes that were last stored under a key") {
     CHECK(raised([&] { folder_storage(folder / "absent").get("a", 10); }) == error_code::unavailable);
 }
 
+TEST_CASE("find() returns nothing only if there is nothing with the key, so that a folder with the name of an object is noticed") {
+    const scratch_folder folder;
+    folder_storage storage(folder / ".");
+    storage.put("album/a.json", byte_string(5));
+    std::filesystem::create_directory(folder / "album/b.json");
+    CHECK(storage.find("album/a.json", 10) == byte_string(5));
+    CHECK(storage.find("album/c.json", 10) == std::nullopt);
+    CHECK(storage.find("nowhere/a.json", 10) == std::nullopt);
+    CHECK(raised([&] { storage.find("album/b.json", 10); }) == error_code::file_access);
+    CHECK(raised([&] { storage.find("album/a.json/c", 10); }) == error_code::file_access);
+    CHECK(raised([&] { folder_storage(folder / "absent").find("a", 10); }) == error_code::unavailable);
+}
+
 TEST_CASE("a folder that refuses new files is unavailable for now, because the photo is not at fault") {
     const std::filesystem::path refusing = "/sys/kernel";  // not even root can add files there
     if (!std::filesystem::exists(refusing)) {
