@@ -225,6 +225,40 @@ def file(folder, name, content):
     return path
 
 
+def shortened_heic(heic):
+    """Returns a HEIC file whose coded picture ends after a tenth of its data."""
+    box = heic.index(b"iloc") + 4
+    assert heic[box] < 2 and heic[box + 4] == 0x44, "lengths and offsets of 4 bytes"
+    base_bytes = heic[box + 5] >> 4
+    item = box + (12 if heic[box] == 0 else 14)  # the base offset of the first item; its extent follows
+    offset, length = struct.unpack_from(">II", heic, item + base_bytes + 2)
+    begin = last = int.from_bytes(heic[item : item + base_bytes], "big") + offset
+    while (after := last + 4 + struct.unpack_from(">I", heic, last)[0]) < begin + length:
+        last = after
+    left, cut = (after - last - 4) // 10, bytearray(heic)
+    struct.pack_into(">I", cut, last, left)
+    struct.pack_into(">I", cut, item + base_bytes + 6, last + 4 + left - begin)
+    return bytes(cut)
+
+
+def check_cut_heic(folder):
+    """Tests that the missing part of a HEIC picture does not show what was in memory before."""
+    whole = os.path.join(folder, "whole.heic")
+    if not shutil.which("heif-enc") or subprocess.run(["heif-enc", SAMPLE, "-o", whole], capture_output=True).returncode != 0:
+        print("skipped a HEIC picture that ends early: there is no heif-enc that writes HEIC")
+        return
+    if b"Sanitizer" in open(PROGRAM, "rb").read() or os.confstr("CS_GNU_LIBC_VERSION") is None:
+        print("skipped a HEIC picture that ends early: the program does not use malloc() of glibc")
+        return
+    cut, results = file(folder, "cut.heic", shortened_heic(open(whole, "rb").read())), []
+    for fill in ("0", "1", "85"):  # glibc fills freed memory with this value, and allocated memory with its complement
+        output = os.path.join(folder, f"cut{fill}.glb")
+        said = subprocess.run([PROGRAM, cut, "-o", output, "--quiet", "--inpaint", "diffusion"], capture_output=True, text=True,
+                              env={**os.environ, "LDI_MODELS": os.path.join(SOURCE, "examples/models"), "MALLOC_PERTURB_": fill})
+        results.append(open(output, "rb").read() if said.returncode == 0 else said.stderr.encode())
+    check("a HEIC picture that ends early is the same, whatever was in memory before", len(set(results)) == 1)
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         sample = open(SAMPLE, "rb").read()
@@ -252,6 +286,7 @@ def main():
         said = subprocess.run([PROGRAM, large, *depth, "-o", os.path.join(folder, "out.glb")], capture_output=True, text=True, preexec_fn=little_memory)
         check(f"short memory: {said.returncode}, {said.stderr}", said.returncode == 75 and "memory" in said.stderr)
         run("a GIF of one pixel with a depth map of other proportions is refused", [file(folder, "a.gif", b"GIF89a\1\0\1\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\1\0\1\0\0\2\2D\1\0;"), *depth], ["step.png", "proportions", "1 x 1"])
+        check_cut_heic(folder)
         run("a text file as a photo is refused", [file(folder, "a.txt", b"hello"), *depth], ["a.txt", "expected", "found"])
         run("a photo without a depth map is converted", [small])
         with_companion, models = shutil.copy(small, os.path.join(folder, "pair.png")), {"LDI_MODELS": os.path.join(SOURCE, "examples/models")}

@@ -5,6 +5,7 @@
 #include <ldi/io/detail/exif.hpp>
 #include <ldi/io/detail/heif_items.hpp>
 #include <ldi/io/detail/stored_photo.hpp>
+#include <ldi/io/detail/zeroed_allocations.hpp>
 
 #include <libheif/heif.h>
 
@@ -107,6 +108,7 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
         per_pixel * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads;
     require_memory(needed, where);
     heif_image* pixels = nullptr;
+    const zeroed_allocations zeroed;
     const heif_error said = heif_decode_image(handle, &pixels, space, chroma, options.get());
     // libheif's decoders report a lack of memory as a damaged file. Raises out_of_memory if twice the estimated memory is not
     // available now.
