@@ -8,7 +8,9 @@ import io
 import json
 import os
 import struct
+import subprocess
 import sys
+import tempfile
 import zlib
 
 from PIL import Image
@@ -66,6 +68,14 @@ def tiff(tile, width, height, tiles):
     return file + b"\x81\xAA" * 50_000
 
 
+def tiff_of_fax(width):
+    """One row of Group 4 fax codes, for which libtiff allocates large tables."""
+    entries = [(256, 4, 1, width), (257, 4, 1, 1), (258, 3, 1, 1 << 16), (259, 3, 1, 4 << 16), (262, 3, 1, 0),
+               (273, 4, 1, 400), (277, 3, 1, 1 << 16), (278, 4, 1, 1), (279, 4, 1, 100_000)]
+    file = b"MM\0*" + struct.pack(">IH", 8, len(entries)) + b"".join(struct.pack(">HHII", *entry) for entry in entries)
+    return file.ljust(400, b"\0") + b"\x81\xAA" * 50_000
+
+
 def tiff_strips(height, size):
     """Strips of one row, each of which contains all of the picture data."""
     places = 8 + 2 + 9 * 12 + 4
@@ -101,6 +111,25 @@ def png_of_empty_blocks(millions):
     data = b"\x78\x01" + b"\x02\x08\x20\x80\0" * (250_000 * millions) + zlib.compress(b"\0\x80")[2:]
     header = struct.pack(">IIBBBBB", 1, 1, 8, 0, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+def heic_of_repeated_slice(times):
+    """A HEIC picture whose only slice is there many times; a decoder decodes all of them."""
+    with tempfile.TemporaryDirectory() as folder:
+        picture, coded = os.path.join(folder, "a.png"), os.path.join(folder, "a.heic")
+        PHOTO.resize((1920, 1440)).save(picture)
+        subprocess.run(["heif-enc", "-q", "1", picture, "-o", coded], check=True, capture_output=True)
+        with open(coded, "rb") as file:
+            heic = bytearray(file.read())
+    box = heic.index(b"iloc") + 4
+    assert heic[box] == 0 and heic[box + 4] == 0x44 and heic[box + 5] == 0x40, "offsets and lengths of 4 bytes"
+    base, _, offset, length = struct.unpack_from(">IHII", heic, box + 12)
+    begin = last = base + offset
+    while (after := last + 4 + struct.unpack_from(">I", heic, last)[0]) < begin + length:
+        last = after
+    data = heic[begin:last] + heic[last:after] * times
+    struct.pack_into(">IHII", heic, box + 12, len(heic) + 8, 1, 0, len(data))
+    return heic + struct.pack(">I", 8 + len(data)) + b"mdat" + data
 
 
 def safetensors(tensors):
@@ -139,6 +168,8 @@ def main():
         "tiff_strips_of_the_same_bytes.tif": tiff_strips(1_000_000, 1_000_000),
         "png_profile_of_26000_elements.png": png_with_profile(profile(26_000)),
         "png_of_8_million_empty_blocks.png": png_of_empty_blocks(8),
+        "tiff_one_row_of_fax_codes.tif": tiff_of_fax(40_000_000),
+        "heic_of_a_slice_450_times.heic": heic_of_repeated_slice(450),
         "weights_65535_additions.safetensors": additions(65_535),
     }
     for name, content in files.items():

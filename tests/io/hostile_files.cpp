@@ -392,6 +392,24 @@ TEST_CASE("TIFF entries that share bytes count once per reference toward the mem
         std::copy(bytes.begin(), bytes.end(), strips.begin() + static_cast<std::ptrdiff_t>(5000 + 4 * i));
     }
     CHECK_THROWS_WITH(decode_photo(strips), Catch::Contains("strips or tiles of at most twice the file's size"));
+
+    // libtiff's decoder of fax codes has two tables with an entry of 4 bytes for each pixel of a row, and allocates twice their size
+    const auto row_of = [&](std::uint32_t compression) {
+        return tiff({{256, 4, 1, 20'000'000},
+                     {257, 4, 1, 1},
+                     {258, 3, 1, 1},
+                     {259, 3, 1, compression},
+                     {262, 3, 1, 1},
+                     {273, 4, 1, 400},
+                     {277, 3, 1, 1},
+                     {278, 4, 1, 1},
+                     {279, 4, 1, 90'000}},
+                    100'000);
+    };
+    const photo_options limited = {.limits = {.max_memory = 300 * megabyte}};
+    for (const int compression : {COMPRESSION_CCITTRLE, COMPRESSION_CCITTFAX3, COMPRESSION_CCITTFAX4})
+        CHECK(raised([&] { decode_photo(row_of(static_cast<std::uint32_t>(compression)), limited); }) == error_code::too_large);
+    CHECK(raised([&] { decode_photo(row_of(COMPRESSION_PACKBITS), limited); }) != error_code::too_large);
 }
 
 #endif
