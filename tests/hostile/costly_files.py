@@ -113,23 +113,37 @@ def png_of_empty_blocks(millions):
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
-def heic_of_repeated_slice(times):
-    """A HEIC picture whose only slice is there many times; a decoder decodes all of them."""
+def heic(size):
+    """Returns a HEIC file of this size, and the places of its item's location, its data, its last slice, and its end."""
     with tempfile.TemporaryDirectory() as folder:
         picture, coded = os.path.join(folder, "a.png"), os.path.join(folder, "a.heic")
-        PHOTO.resize((1920, 1440)).save(picture)
+        PHOTO.resize(size).save(picture)
         subprocess.run(["heif-enc", "-q", "1", picture, "-o", coded], check=True, capture_output=True)
         with open(coded, "rb") as file:
-            heic = bytearray(file.read())
-    box = heic.index(b"iloc") + 4
-    assert heic[box] == 0 and heic[box + 4] == 0x44 and heic[box + 5] == 0x40, "offsets and lengths of 4 bytes"
-    base, _, offset, length = struct.unpack_from(">IHII", heic, box + 12)
+            content = bytearray(file.read())
+    box = content.index(b"iloc") + 4
+    assert content[box] == 0 and content[box + 4] == 0x44 and content[box + 5] == 0x40, "offsets and lengths of 4 bytes"
+    base, _, offset, length = struct.unpack_from(">IHII", content, box + 12)
     begin = last = base + offset
-    while (after := last + 4 + struct.unpack_from(">I", heic, last)[0]) < begin + length:
+    while (after := last + 4 + struct.unpack_from(">I", content, last)[0]) < begin + length:
         last = after
-    data = heic[begin:last] + heic[last:after] * times
-    struct.pack_into(">IHII", heic, box + 12, len(heic) + 8, 1, 0, len(data))
-    return heic + struct.pack(">I", 8 + len(data)) + b"mdat" + data
+    return content, box + 12, begin, last, after
+
+
+def heic_of_repeated_slice(times):
+    """A HEIC picture whose only slice is there many times; a decoder decodes all of them."""
+    content, location, begin, last, end = heic((1920, 1440))
+    data = content[begin:last] + content[last:end] * times
+    struct.pack_into(">IHII", content, location, len(content) + 8, 1, 0, len(data))
+    return content + struct.pack(">I", 8 + len(data)) + b"mdat" + data
+
+
+def damaged_heic_of_stated_size(side):
+    """A small HEIC file that states a large picture, and whose slice is noise."""
+    content, _, _, last, end = heic((64, 64))
+    content[last + 6:end] = bytes(i * 193 % 251 for i in range(end - last - 6))
+    struct.pack_into(">II", content, content.index(b"ispe") + 8, side, side)
+    return content
 
 
 def safetensors(tensors):
@@ -170,6 +184,7 @@ def main():
         "png_of_8_million_empty_blocks.png": png_of_empty_blocks(8),
         "tiff_one_row_of_fax_codes.tif": tiff_of_fax(40_000_000),
         "heic_of_a_slice_450_times.heic": heic_of_repeated_slice(450),
+        "heic_damaged_of_58_megapixels.heic": damaged_heic_of_stated_size(7600),
         "weights_65535_additions.safetensors": additions(65_535),
     }
     for name, content in files.items():

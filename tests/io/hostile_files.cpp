@@ -393,7 +393,8 @@ TEST_CASE("TIFF entries that share bytes count once per reference toward the mem
     }
     CHECK_THROWS_WITH(decode_photo(strips), Catch::Contains("strips or tiles of at most twice the file's size"));
 
-    // libtiff's decoder of fax codes has two tables with an entry of 4 bytes for each pixel of a row, and allocates twice their size
+    // libtiff's decoder of fax codes has two tables with an entry of 4 bytes for each pixel of a row, and allocates twice their
+    // size
     const auto row_of = [&](std::uint32_t compression) {
         return tiff({{256, 4, 1, 20'000'000},
                      {257, 4, 1, 1},
@@ -406,7 +407,7 @@ TEST_CASE("TIFF entries that share bytes count once per reference toward the mem
                      {279, 4, 1, 90'000}},
                     100'000);
     };
-    const photo_options limited = {.limits = {.max_memory = 300 * megabyte}};
+    const photo_options limited = {.limits = {.max_memory = 300'000'000}};
     for (const int compression : {COMPRESSION_CCITTRLE, COMPRESSION_CCITTFAX3, COMPRESSION_CCITTFAX4})
         CHECK(raised([&] { decode_photo(row_of(static_cast<std::uint32_t>(compression)), limited); }) == error_code::too_large);
     CHECK(raised([&] { decode_photo(row_of(COMPRESSION_PACKBITS), limited); }) != error_code::too_large);

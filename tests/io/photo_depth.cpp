@@ -252,7 +252,7 @@ TEST_CASE(
                 for (std::size_t c = 0; c < 3; ++c) both(y, x, c) = left(y, x, c), both(y, 40 + x, c) = right(y, x, c);
         return decode_photo_with_depth(encode_png(both));
     };
-    const auto map = [](std::size_t y, std::size_t x) { return static_cast<std::uint8_t>(20 + (7 * x + 90 * (y / 12)) % 150); };
+    const auto map = [](std::size_t y, std::size_t x) { return static_cast<std::uint8_t>(20 + 2 * x + 90 * (y / 12)); };
     const photo_with_depth found = beside([&](std::size_t y, std::size_t x, std::size_t) { return map(y, x); });
     REQUIRE(found.depth);
     CHECK(largest_difference(found.photo.color, left) == 0);
@@ -264,6 +264,9 @@ TEST_CASE(
         return static_cast<std::uint8_t>(map(y, x) + (y == 23 && x == 39 && c == 0));  // one colored pixel
     })));
     CHECK(is_whole(beside([](std::size_t, std::size_t x, std::size_t) { return static_cast<std::uint8_t>(x % 2); })));
+    CHECK(is_whole(beside([](std::size_t y, std::size_t x, std::size_t) {  // another gray photo, with much detail
+        return static_cast<std::uint8_t>(40 * ((7 * x + 3 * y) % 5) + y);
+    })));
     CHECK(is_whole(beside([&](std::size_t y, std::size_t x, std::size_t) {  // a gray copy of the left half
         return static_cast<std::uint8_t>((left(y, x, 0) + left(y, x, 1) + left(y, x, 2)) / 3);
     })));

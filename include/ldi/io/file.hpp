@@ -164,11 +164,11 @@ inline void write_file(const std::filesystem::path& path, std::span<const std::b
     if (error_number == 0) error_number = synchronize(temporary);
     if (error_number == 0 && exists) {
         std::filesystem::permissions(temporary, status.permissions(), failure);
-        error_number = failure.value();
+        error_number = failure.default_error_condition().value();  // Windows has numbers of its own
     }
     if (error_number == 0) {
         std::filesystem::rename(temporary, target, failure);
-        error_number = failure.value();
+        error_number = failure.default_error_condition().value();
     }
     if (error_number != 0) {
         std::filesystem::remove(temporary, failure);

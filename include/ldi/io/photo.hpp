@@ -55,7 +55,8 @@ inline namespace LDI_READERS {
 /// or from its color primaries if they are Display P3 or BT.2020. Converts gray to RGB. Converts Adobe CMYK and YCCK to RGB, but
 /// ignores their profiles. Keeps the upper 8 of 16 bits. Composites transparent pixels on white. Reads the first frame of an
 /// animated GIF and the default picture of an animated PNG, usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the
-/// result is the photo as a screen without HDR shows it.
+/// result is the photo as a screen without HDR shows it. While it decodes HEIC or AVIF, glibc fills with zeros what any thread
+/// allocates, because damaged pictures would otherwise show old memory contents.
 ///
 /// where  name of the photo in messages
 ///

@@ -75,9 +75,10 @@ inline std::optional<found_depth> find_heif_depth(std::span<const std::byte> byt
     heif_image_handle* handle = nullptr;
     check_heif(heif_image_handle_get_depth_image_handle(file.primary.get(), id, &handle), here);
     const heif_picture_handle depth(handle);
-    if (!file.items.take_depth(budget)) return std::nullopt;
+    const std::optional<double> charged = file.items.take_depth(budget);
+    if (!charged) return std::nullopt;
     const std::optional<depth_meaning> meaning = heif_meaning(file.primary.get(), depth.get(), id, budget, here);
-    const heif_pixels pixels = decode_heif_pixels(depth.get(), heif_colorspace_undefined, heif_chroma_undefined, here);
+    const heif_pixels pixels = decode_heif_pixels(depth.get(), heif_colorspace_undefined, heif_chroma_undefined, *charged, here);
     image<float> values = heif_gray(pixels.get(), here);
     if (!meaning) return found_depth{std::move(values), false, "HEIC depth without a range", false};
     return found_depth{to_disparity(std::move(values), *meaning, here), meaning->unit > 0,

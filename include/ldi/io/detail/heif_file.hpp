@@ -97,19 +97,19 @@ private:
     }
 };
 
-inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colorspace space, heif_chroma chroma,
+/// Decodes a picture. Raises out_of_memory if less memory is available than `charged`, the bytes that heif_items charged for it.
+inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colorspace space, heif_chroma chroma, double charged,
                                       const std::string& where) {
     const std::unique_ptr<heif_decoding_options, heif_deleter> options(heif_decoding_options_alloc());
     if (options) options->convert_hdr_to_8bit = 1;
-    const auto length = [](int side) { return static_cast<std::size_t>((std::max)(side, 0)); };
-    // At most 24 bytes per pixel (heif_items.hpp), in addition to the stacks of libheif's threads.
-    constexpr std::size_t per_pixel = 24, for_threads = 64'000'000;
-    const std::size_t needed =
-        per_pixel * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads;
+    constexpr std::size_t for_threads = 64'000'000;  // stacks of libheif's threads
+    const std::size_t needed = static_cast<std::size_t>(charged) + for_threads;
     require_memory(needed, where);
     heif_image* pixels = nullptr;
-    const zeroed_allocations zeroed;
-    const heif_error said = heif_decode_image(handle, &pixels, space, chroma, options.get());
+    const heif_error said = [&] {
+        const zeroed_allocations zeroed;
+        return heif_decode_image(handle, &pixels, space, chroma, options.get());
+    }();
     // libheif's decoders report a lack of memory as a damaged file. Raises out_of_memory if twice the estimated memory is not
     // available now.
     if (said.code == heif_error_Decoder_plugin_error) require_memory(2 * needed, where);
@@ -159,10 +159,10 @@ inline color_profile heif_profile(const heif_image_handle* handle) {
 inline stored_photo decode_heif(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     heif_file file(bytes, budget, where);
     const heif_image_handle* const primary = file.primary.get();
-    file.items.take_primary(budget);
+    const double charged = file.items.take_primary(budget).more_memory;
     const bool has_alpha = heif_image_handle_has_alpha_channel(primary) != 0;
-    const heif_pixels pixels = decode_heif_pixels(primary, heif_colorspace_RGB,
-                                                  has_alpha ? heif_chroma_interleaved_RGBA : heif_chroma_interleaved_RGB, where);
+    const heif_pixels pixels = decode_heif_pixels(
+        primary, heif_colorspace_RGB, has_alpha ? heif_chroma_interleaved_RGBA : heif_chroma_interleaved_RGB, charged, where);
     int stride = 0;
     const std::uint8_t* const from = heif_image_get_plane_readonly(pixels.get(), heif_channel_interleaved, &stride);
     const int width = heif_image_get_width(pixels.get(), heif_channel_interleaved),

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -40,20 +41,19 @@ public:
     /// Charges the primary picture.
     picture_header take_primary(decoding_budget& budget) { return take(boxes_.primary, budget, where_); }
 
-    /// Returns whether the primary picture has auxiliary depth pictures. Charges all of them, because libheif chooses the one
-    /// to decode.
-    bool take_depth(decoding_budget& budget) {
+    /// Charges all auxiliary depth pictures of the primary picture, because libheif chooses the one to decode. Returns the
+    /// largest number of bytes charged for one; nothing if there are no depth pictures.
+    std::optional<double> take_depth(decoding_budget& budget) {
         const auto primary = boxes_.items.find(boxes_.primary);
-        if (primary == boxes_.items.end()) return false;
-        bool is_there = false;
+        if (primary == boxes_.items.end()) return std::nullopt;
+        std::optional<double> largest;
         for (const std::uint32_t id : primary->second.auxiliaries) {
             if (!is_auxiliary(id, "urn:mpeg:hevc:2015:auxid:2") &&
                 !is_auxiliary(id, "urn:mpeg:mpegB:cicp:systems:auxiliary:depth"))
                 continue;
-            take(id, budget, where_ + ", depth");
-            is_there = true;
+            largest = (std::max)(largest.value_or(0), take(id, budget, where_ + ", depth").more_memory);
         }
-        return is_there;
+        return largest;
     }
 
 private:

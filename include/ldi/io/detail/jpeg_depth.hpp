@@ -180,6 +180,16 @@ inline std::vector<std::span<const std::byte>> list_pictures(std::span<const std
     return pictures;
 }
 
+/// Returns the header of an appended picture; nothing if it is damaged or of an unusual kind.
+inline std::optional<picture_header> find_jpeg_header(std::span<const std::byte> picture, const std::string& where) {
+    try {
+        return read_jpeg_header(picture, where);
+    } catch (const error& failed) {
+        if (failed.code() != error_code::invalid_data && failed.code() != error_code::unsupported) throw;
+        return std::nullopt;
+    }
+}
+
 inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte> bytes, const picture_header& photo,
                                                        decoding_budget& budget, const std::string& where) {
     const auto segment = std::find_if(photo.extensions.begin(), photo.extensions.end(),
@@ -191,8 +201,10 @@ inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte
         // Charges each listed picture, because the search for its end reads the whole picture. A hostile file may list the same
         // picture many times.
         budget.charge(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
+        const std::optional<picture_header> header = find_jpeg_header(picture, here);
+        if (!header) continue;  // a damaged preview
         xmp_properties xmp;
-        add_jpeg_xmp(xmp, read_jpeg_header(picture, here).extensions, picture.size(), budget, here);
+        add_jpeg_xmp(xmp, header->extensions, picture.size(), budget, here);
         if (const std::optional<depth_meaning> meaning = apple_meaning(xmp))
             return located_depth{
                 picture, {}, *meaning, meaning->coding == depth_coding::disparity ? "Apple disparity" : "Apple depth",
