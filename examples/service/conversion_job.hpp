@@ -112,8 +112,8 @@ private:
         return document;
     }
 
-    /// Returns the document beside the GLB file, if it belongs to this job and photo. Raises file_access if something else has the
-    /// document's name: a file of another program, which the document would replace, or a folder.
+    /// Returns the document beside the GLB file, if it belongs to this job and photo. Raises file_access if something else has
+    /// the document's name: a file of another program, which the document would replace, or a folder.
     std::optional<nlohmann::ordered_json> find_record(const std::string& record, const nlohmann::ordered_json& wanted) {
         std::optional<nlohmann::ordered_json> document;
         try {
@@ -123,7 +123,7 @@ private:
         } catch (const error& failed) {
             if (failed.code() != error_code::too_large) throw;
         }
-        if (!document || !document->contains("job") || !document->contains("photo"))
+        if (!document || !is_document(*document))
             raise(error_code::file_access, record, "no file, or a document of this program", "another file");
         return id_of(*document) == id_of(wanted) ? document : std::nullopt;
     }

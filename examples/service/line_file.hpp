@@ -42,7 +42,7 @@ public:
         for (line_reader lines(written); has_end && lines.next();) {
             has_end = lines.has_end();
             const std::optional<nlohmann::ordered_json> document = parse_document(lines.text());
-            if (document && (document->contains("job") || document->contains("message"))) {
+            if (document && is_document(*document)) {
                 saved_ += static_cast<off_t>(lines.text().size()) + (has_end ? 1 : 0);
                 ids_.insert(id_of(*document));
                 if (!has_end) text_ = "\n";  // an editor removed the line's end

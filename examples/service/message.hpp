@@ -109,6 +109,12 @@ inline std::string to_line(const nlohmann::ordered_json& value) {
 
 inline std::string to_text(const photo_message& message) { return to_line({{"job", message.job}, {"photos", message.photos}}); }
 
+/// Whether JSON is a document of this program that line_file can read again after it was written.
+inline bool is_document(const nlohmann::ordered_json& value) {
+    const bool is_of_photo = value.contains("job") && value.contains("photo");
+    return (is_of_photo || value.contains("message")) && to_line(value).size() <= max_document_bytes;
+}
+
 /// Returns the first members of a photo's document.
 inline nlohmann::ordered_json document_of(const std::string& job, const std::string& photo) {
     return {{"job", job}, {"photo", photo}};

@@ -124,7 +124,8 @@ void submit(const queue_options& options) {
 template <class Take>
 void for_each_document(const delivery& message, Take take) {
     if (message.reason_of_death.empty()) {
-        if (const std::optional<nlohmann::ordered_json> document = parse_document(message.body)) return take(*document);
+        const std::optional<nlohmann::ordered_json> document = parse_document(message.body);
+        if (document && is_document(*document)) return take(*document);
         return take(
             document_of_refused(message.body, {exit_never, "invalid data", "expected a photo's document, found something else"}));
     }
@@ -246,7 +247,9 @@ int main(int count, char** values) {
     CLI::App* const collecting = app.add_subcommand("collect", "writes a line of JSON per photo");
     collecting->add_option("--results", options.results, "file for the documents of converted photos")->required();
     collecting->add_option("--dead", options.dead, "file for the documents of failed photos")->required();
-    collecting->add_option("--expected", options.expected, "number of photos after which the program ends; 0: it never ends")
+    collecting
+        ->add_option("--expected", options.expected,
+                     "number of photos in both files, with those of earlier runs, at which the program ends; 0: it never ends")
         ->check(whole_between(0, std::size_t{1} << 53))
         ->capture_default_str();
     app.require_subcommand(1);

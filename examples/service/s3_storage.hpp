@@ -134,11 +134,12 @@ private:
         return headers;
     }
 
-    /// Sends one request, and returns the body of the response, or nothing if there is no such object. Raises the errors of find()
-    /// and put().
+    /// Sends one request, and returns the body of the response, or nothing if there is no such object. Raises the errors of
+    /// find() and put().
     ///
     /// body  bytes to put; nullptr to get the object
-    std::optional<std::vector<std::byte>> perform(const std::string& key, const std::span<const std::byte>* body, std::size_t max_bytes) {
+    std::optional<std::vector<std::byte>> perform(const std::string& key, const std::span<const std::byte>* body,
+                                                  std::size_t max_bytes) {
         check(key);
         CURL* const curl = curl_.get();
         const std::string url = where(key), signer = "aws:amz:" + region_ + ":s3";

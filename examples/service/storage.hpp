@@ -87,9 +87,6 @@ public:
         // Without O_NONBLOCK, opening a pipe without a writer would block forever.
         const file_handle file(*folder, name_of(key), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
         if (file.number() < 0 && errno == ENOENT) return std::nullopt;
-        // The permissions of a single file are not a failure of the storage.
-        if (file.number() < 0 && (errno == EACCES || errno == EPERM))
-            raise_system_error(errno, where(key), "a file that can be read");
         if (file.number() < 0) fail(key, "a file that can be read");
         struct stat facts {};
         if (::fstat(file.number(), &facts) != 0) fail(key, "a file that can be read");
@@ -122,6 +119,7 @@ public:
         if (searched_.insert(std::filesystem::path(key).parent_path().string()).second)  // searches each folder once
             remove_abandoned(folder);
         temporary_file file(folder);
+        if (!file.is_open() && !std::filesystem::path(key).has_parent_path()) fail_as_storage(key, "a writable place");
         if (!file.write(bytes) || !file.put_in_place(name_of(key))) fail(key, "a writable place");
     }
 
@@ -143,13 +141,16 @@ private:
         temporary_file& operator=(const temporary_file&) = delete;
         ~temporary_file() {
             const int reason = errno;
-            if (file_.number() >= 0) ::unlinkat(folder_.number(), name_.c_str(), 0);  // fails if the file is in place
+            if (is_open()) ::unlinkat(folder_.number(), name_.c_str(), 0);  // fails if the file is in place
             errno = reason;
         }
 
+        /// False after a failure of the constructor, with errno set.
+        bool is_open() const { return file_.number() >= 0; }
+
         /// Writes all bytes to the disk. False after a failure, with errno set.
         bool write(std::span<const std::byte> bytes) {
-            if (file_.number() < 0) return false;
+            if (!is_open()) return false;
             while (!bytes.empty()) {
                 const ssize_t written = ::write(file_.number(), bytes.data(), bytes.size());
                 if (written < 0 && errno == EINTR) continue;
@@ -206,7 +207,13 @@ private:
             raise(error_code::file_access, where(key), expected,
                   "a link (links are not followed), or a file instead of a folder");
         if (errno == ENOENT || errno == EISDIR || errno == ENAMETOOLONG) raise_system_error(errno, where(key), expected);
-        // Any other error is one of the storage, such as a read-only disk, and a later try may succeed.
+        // The permissions of a single file or folder are not a failure of the storage.
+        if (errno == EACCES || errno == EPERM) raise_system_error(errno, where(key), expected);
+        fail_as_storage(key, expected);
+    }
+
+    /// Raises the error of the last system call as one of the storage, such as a read-only disk: a later try may succeed.
+    [[noreturn]] void fail_as_storage(const std::string& key, const char* expected) const {
         raise(error_code::unavailable, where(key), expected, "an error: " + system_reason(last_error()));
     }
 
@@ -234,6 +241,7 @@ private:
         if (folder.number() < 0) raise(error_code::unavailable, folder_.string(), "a folder", "none");
         for (const std::filesystem::path& name : std::filesystem::path(key).parent_path()) {
             const bool is_made = !makes_missing || ::mkdirat(folder.number(), name.c_str(), 0777) == 0 || errno == EEXIST;
+            if (!is_made && (errno == EACCES || errno == EPERM)) fail_as_storage(key, "a folder");
             folder = is_made ? file_handle(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW) : file_handle();
             if (folder.number() < 0) break;
         }

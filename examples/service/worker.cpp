@@ -92,6 +92,7 @@ public:
 private:
     void connect() {
         out_.emplace(url_);
+        out_->declare(names_);  // somebody may have deleted a queue
         out_->begin_publishing();
         is_published_ = false;
     }
@@ -171,7 +172,8 @@ private:
         publisher out(options_.broker, names);
         ++connection_;
         in.declare(names);
-        // before the first message arrives, because an exception, such as one of a full log disk, would use up one of its deliveries
+        // before the first message arrives, because an exception, such as one of a full log disk, would use up one of its
+        // deliveries
         log_event("info", "broker found", {{"connection", connection_.load()}});
         in.consume(names.photos, options_.prefetch);
         has_broker_ = true;

@@ -5,7 +5,8 @@
 
 # Creates the photos, the broken files, and the list of uploads. Photos are photographs if present, or else crops of the sample.
 make_photos() {
-    local from=../shared/photos/train made=$((number - number / 25))
+    local from=../shared/photos/train broken=$((number < 125 ? 5 : number / 25)) made
+    made=$((number - broken))
     mkdir -p "$work/photos"
     if [ -d "$from" ] && [ "$(find "$from" -name '*.jpg' | wc -l)" -ge "$made" ]; then
         find "$from" -name '*.jpg' | sort | awk -v made="$made" 'NR <= made' | xargs cp -t "$work/photos"
@@ -26,7 +27,7 @@ def chunk(kind, data):
 header = struct.pack(">IIBBBBB", 30_000, 30_000, 8, 2, 0, 0, 0)
 sys.stdout.buffer.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", bytes(4_000_000)) + chunk(b"IEND", b""))' >"$work/huge"
     local kinds=("noise	unsupported" "cut	invalid data" "empty	invalid data" "huge	too large" "	file access") i kind file
-    for ((i = 0; i < number / 25; ++i)); do
+    for ((i = 0; i < broken; ++i)); do
         kind=${kinds[i % ${#kinds[@]}]} file=${kind%%	*}
         printf 'broken/%d.jpg\t%s\n' "$i" "${kind#*	}" >>"$work/broken"
         [ -z "$file" ] || printf '%s\tbroken/%d.jpg\n' "$work/$file" "$i" >>"$work/uploads" # without a file, the photo is missing

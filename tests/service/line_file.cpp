@@ -8,7 +8,9 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
+#include <utility>
 
 using namespace ldi;
 using namespace ldi::examples;
@@ -91,6 +93,24 @@ TEST_CASE("a file of documents can have only one writer at a time") {
         CHECK(raised([&] { line_file second(path); }) == error_code::invalid_option);
     }
     CHECK_NOTHROW(line_file(path));
+}
+
+TEST_CASE("only documents that a file of documents accepts when it is opened again count as documents") {
+    const scratch_folder folder;
+    const std::filesystem::path path = folder / "results";
+    std::string long_numbers = R"({"job": "j", "photo": "p", "values": [1e9)";
+    while (long_numbers.size() < max_document_bytes - 10) long_numbers += ",1e9";  // 1000000000.0 when written
+    for (const auto& [text, is_one] : {std::pair<std::string, bool>{R"({"job": "j", "photo": "p"})", true},
+                                       {R"({"message": "nonsense", "error": {}})", true},
+                                       {R"({"test": 1})", false},
+                                       {R"({"job": "j"})", false},
+                                       {long_numbers + "]}", false}}) {
+        const auto document = parse_document(text);
+        REQUIRE(document);
+        CHECK(is_document(*document) == is_one);
+        std::ofstream(path) << to_line(*document) << "\n";
+        CHECK(raised([&] { line_file file(path); }) == (is_one ? std::nullopt : std::optional(error_code::invalid_data)));
+    }
 }
 
 TEST_CASE("a file that another program wrote is refused and stays unchanged") {

@@ -49,7 +49,8 @@ public:
             if (count <= 0) break;
             request.append(part, static_cast<std::size_t>(count));
         }
-        static_cast<void>(::send(connection, answer_.data(), answer_.size(), MSG_NOSIGNAL));  // the client may have enough earlier
+        static_cast<void>(
+            ::send(connection, answer_.data(), answer_.size(), MSG_NOSIGNAL));  // the client may have enough earlier
         ::close(connection);
         return request;
     }
@@ -116,7 +117,9 @@ TEST_CASE("requests to S3 contain the session token of temporary credentials, an
     CHECK_THAT(request_with(""), !Catch::Contains("security-token"));
 }
 
-TEST_CASE("only an S3 server that has no such object causes an error of the photo; all other responses but success can be tried again") {
+TEST_CASE(
+    "only an S3 server that has no such object causes an error of the photo; all other responses but success can be tried "
+    "again") {
     const std::string none = "<Error><Code>NoSuchKey</Code></Error>", page(1000, ' ');
     CHECK(failure_of("200 OK", "photo") == std::nullopt);
     CHECK(failure_of("200 OK", page) == error_code::too_large);

@@ -118,7 +118,34 @@ refuses_equal_names() {
     is_refused "$refusal" '"/a/1.jpg"' '"/b/2.jpg"' '"/b/1.png"' && is_refused "$refusal" '"/a/1.jpg"' '{"photo" : "/b/1.heic"}' &&
         is_refused "$refusal" '"/a/1.jpg"' "{\"photo\": \"/b/2.jpg\", \"output\": \"$work/none/../none/1.glb\"}" &&
         is_refused "${refusal/$default/$PWD/x.glb}" '{"photo": "1.jpg", "output": "x.glb"}' '{"output" : "./x.glb", "photo": "2.jpg"}' &&
-        is_refused "1 " '"/a/1.jpg"' '{"photo": "/b/1.jpg", "output": "b1.glb"}' '"/b/2.jpg"' && is_refused "1 " '{"photo": "1.jpg", "output": "x.glb"}'
+        is_refused "1 " '{"foto": "1.jpg"}' '{"foto": "1.jpg"}' '[1]' '[1]' && is_refused "1 " '"/a/1.jpg"' '{"photo": "/b/1.jpg", "output": "b1.glb"}' '"/b/2.jpg"' && is_refused "1 " '{"photo": "1.jpg", "output": "x.glb"}'
+}
+
+# Runs the task's script directly, with a program that ends with code 75 and a scontrol that records its arguments. Prints its exit code and
+# the words that scontrol got.
+requeued() {
+    local status=0
+    mkdir -p "$work/bin"
+    printf '#!/bin/sh\nexit 75\n' >"$work/bin/photo3d"
+    printf '#!/bin/sh\necho "$@" >>%q\n' "$work/requeued" >"$work/bin/scontrol"
+    printf '#!/bin/sh\n' >"$work/bin/sleep"
+    chmod +x "$work"/bin/*
+    : >"$work/requeued"
+    PATH=$work/bin:$PATH PHOTO3D=photo3d SLURM_ARRAY_TASK_ID=7 SLURM_ARRAY_JOB_ID=12 SLURM_RESTART_COUNT=$1 SLURM_ARRAY_TASK_COUNT=9 \
+        bash examples/service/photos.sbatch "$work/one.jsonl" "$work/none" || status=$?
+    printf '%s %s' "$status" "$(cat "$work/requeued")"
+}
+is_requeued_five_times() {
+    printf '"/a/1.jpg"\n' >"$work/one.jsonl"
+    [ "$(requeued 0)" = "75 requeue 12_7" ] && [ "$(requeued 4)" = "75 requeue 12_7" ] && [ "$(requeued 5)" = "75 " ]
+}
+
+# One task of the array, submitted alone with SLICES, must process the same lines as before.
+has_lines_of_slice() {
+    printf '"/a/%d.jpg"\n' 1 2 3 4 5 6 7 >"$work/seven.jsonl"
+    printf '#!/bin/sh\ncat >%q\n' "$work/slice" >"$work/bin/photo3d"
+    PATH=$work/bin:$PATH PHOTO3D=photo3d SLICES=3 SLURM_ARRAY_TASK_ID=2 SLURM_ARRAY_TASK_MIN=2 SLURM_ARRAY_TASK_MAX=2 SLURM_ARRAY_TASK_COUNT=1 \
+        bash examples/service/photos.sbatch "$work/seven.jsonl" "$work/none" && [ "$(cat "$work/slice")" = $'"/a/2.jpg"\n"/a/5.jpg"' ]
 }
 
 # Without the tasks between its steps, photos would be skipped.
@@ -130,6 +157,8 @@ refuses_steps() {
 
 count_step "a list with two photos that would have the same output is refused" refuses_equal_names
 count_step "an array with a step is refused" refuses_steps
+count_step "a task that may succeed later is requeued up to five times" is_requeued_five_times
+count_step "a task that is submitted alone with SLICES has its own lines" has_lines_of_slice
 if ! count_step "a cluster of one node starts" start_cluster || [ "$failed" != 0 ]; then
     print_tally
     exit 1

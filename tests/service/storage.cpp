@@ -51,7 +51,8 @@ TEST_CASE("a folder returns the bytes that were last stored under a key") {
     CHECK(raised([&] { folder_storage(folder / "absent").get("a", 10); }) == error_code::unavailable);
 }
 
-TEST_CASE("find() returns nothing only if there is nothing with the key, so that a folder with the name of an object is noticed") {
+TEST_CASE(
+    "find() returns nothing only if there is nothing with the key, so that a folder with the name of an object is noticed") {
     const scratch_folder folder;
     folder_storage storage(folder / ".");
     storage.put("album/a.json", byte_string(5));
@@ -73,18 +74,21 @@ TEST_CASE("a folder that refuses new files is unavailable for now, because the p
     CHECK(raised([&] { folder_storage(refusing).put("ldi_test", byte_string(5)); }) == error_code::unavailable);
 }
 
-TEST_CASE("a file that may not be read is the fault of the photo, not of the storage") {
+TEST_CASE("a file or folder without permissions is the fault of the photo, not of the storage") {
     const scratch_folder folder;
     const std::filesystem::path place = folder / "photos";
     std::filesystem::create_directory(place);
     folder_storage storage(place);
     storage.put("a.jpg", byte_string(5));
-    std::filesystem::permissions(place / "a.jpg", std::filesystem::perms::none);
+    storage.put("locked/a.jpg", byte_string(5));
+    for (const char* const name : {"a.jpg", "locked"}) std::filesystem::permissions(place / name, std::filesystem::perms::none);
     const bool is_root = ::geteuid() == 0;  // root may read any file
     if (is_root) REQUIRE(::seteuid(65534) == 0);
-    const std::optional<error_code> code = raised([&] { storage.get("a.jpg", 100); });
+    const std::optional<error_code> of_file = raised([&] { storage.get("a.jpg", 100); });
+    const std::optional<error_code> of_folder = raised([&] { storage.get("locked/a.jpg", 100); });
+    const std::optional<error_code> of_output = raised([&] { storage.put("locked/b.glb", byte_string(5)); });
     if (is_root) REQUIRE(::seteuid(0) == 0);
-    CHECK(code == error_code::file_access);
+    for (const auto& code : {of_file, of_folder, of_output}) CHECK(code == error_code::file_access);
 }
 
 TEST_CASE("symbolic links inside a folder are not followed") {
