@@ -18,14 +18,22 @@ const address = pathToFileURL(join(top, "build/web/photo3d.html")).href;
 const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 const print = (name, value, unit = "ms") => console.log(`${name.padEnd(44)} ${value.toFixed(0).padStart(7)} ${unit}`);
 
-/** Opens the page, and makes it record when a file is chosen, and when the 3D photo of that file has been drawn and turns. */
+/** Opens the page, and makes it record when a file is chosen, when its GLB is ready, and when its 3D photo has been drawn and turns. */
 async function openTimed(browser) {
     const page = await openPage(browser, address);
     await page.waitForFunction(() => document.getElementById("frame").contentDocument.querySelector("photo-3d")?.state);
     await page.evaluate(() => {
         const shown = document.getElementById("frame").contentDocument.querySelector("photo-3d");
+        const { converter } = window.photo3d;
+        const convert = converter.convert.bind(converter);
+        let chosen;
+        converter.convert = async (...values) => {
+            const photo = await convert(...values);
+            window.timeUntilGlb = performance.now() - chosen;
+            return photo;
+        };
         document.getElementById("file").addEventListener("change", () => {
-            const chosen = performance.now();
+            chosen = performance.now();
             window.timeUntilTurning = new Promise((resolve) => {
                 const look = () => {
                     if (shown.state().reach.right !== 0) resolve(performance.now() - chosen);
@@ -41,7 +49,8 @@ async function openTimed(browser) {
 /** Chooses the sample, and waits until its 3D photo turns. */
 async function time(page) {
     const facts = await choose(page, samplePath);
-    return { milliseconds: await page.evaluate(() => window.timeUntilTurning), facts };
+    const [milliseconds, untilGlb] = await page.evaluate(async () => [await window.timeUntilTurning, window.timeUntilGlb]);
+    return { milliseconds, untilGlb, facts };
 }
 
 /** Returns the pictures per second of a turning 3D photo, the draw calls per picture, and the memory of the page's JavaScript in bytes. */
@@ -77,7 +86,7 @@ async function processorTime(root) {
     return sum(String(root));
 }
 for (const kind of ["chromium", "firefox"]) {
-    const times = { ready: [], warm: [], cold: [], first: [], next: [], rate: [], firstProcessor: [], nextProcessor: [] };
+    const times = { ready: [], warm: [], cold: [], first: [], next: [], firstGlb: [], nextGlb: [], rate: [], firstProcessor: [], nextProcessor: [] };
     const stages = {};
     let heap = 0;
     let turning;
@@ -88,8 +97,9 @@ for (const kind of ["chromium", "firefox"]) {
         times.warm.push((await page.evaluate(() => window.photo3d.converter.warm)).milliseconds);
         for (let i = 0; i < 5; ++i) {
             const before = await processorTime(browser.process().pid);
-            const { milliseconds, facts } = await time(page);
+            const { milliseconds, untilGlb, facts } = await time(page);
             times[i === 0 ? "first" : "next"].push(milliseconds);
+            times[i === 0 ? "firstGlb" : "nextGlb"].push(untilGlb);
             times[i === 0 ? "firstProcessor" : "nextProcessor"].push((await processorTime(browser.process().pid)) - before);
             heap = Math.max(heap, facts.heap);
             if (i > 0) for (const [stage, time] of Object.entries(facts.stages)) (stages[stage] ??= []).push(time);
@@ -103,9 +113,11 @@ for (const kind of ["chromium", "firefox"]) {
     print(`${kind}: loading the networks`, median(times.ready));
     print(`${kind}: warm-up, until a photo is chosen`, median(times.warm));
     print(`${kind}: first photo, after the warm-up`, median(times.first));
+    print("    until the GLB is ready", median(times.firstGlb));
     print("    processor time", median(times.firstProcessor));
     print(`${kind}: first photo, chosen at once`, median(times.cold));
     print(`${kind}: next photo`, median(times.next));
+    print("    until the GLB is ready", median(times.nextGlb));
     print("    processor time", median(times.nextProcessor));
     for (const [stage, all] of Object.entries(stages)) print(`    ${stage}`, median(all));
     print(`${kind}: memory of the converter`, heap / 1e6, "MB");

@@ -54,10 +54,15 @@ const files = {
 const early = document.querySelector("photo-3d");
 Object.assign(early, { src: "/feed.glb", poster: "/poster.jpg", alt: "Toys" });
 window.wasDefined = customElements.get("photo-3d") !== undefined;</script>`),
+    "/lazy.html": feedOf((i) => element(i).replace('poster="/poster.jpg"', `loading="lazy" poster="/poster.jpg?${i}"`)),
+    "/strict.html": `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Strict</title><script type="module" src="/photo-3d.js">
+</script></head><body>${element(0)}</body></html>`,
     "/one.html": pageAround(`<div id="place" style="width: 300px; background: rgb(0, 255, 0)"></div>`),
     ...Object.fromEntries(Object.entries(hostile).map(([name, bytes]) => [`/${name}.glb`, bytes])),
 };
 const types = { ".js": "text/javascript", ".glb": "model/gltf-binary", ".jpg": "image/jpeg", ".html": "text/html; charset=utf-8" };
+/** The narrowest policy that allows the element, its files, and what the README says. */
+const strictPolicy = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' blob:; img-src 'self' blob:";
 const asked = [];
 const server = createServer((request, response) => {
     const path = decodeURIComponent(request.url.split("?")[0]);
@@ -66,7 +71,8 @@ const server = createServer((request, response) => {
     let body = files[path];
     const folder = path.startsWith("/gallery/") ? "out" : "out/embed"; // files of --gallery and of --embed
     if (body === undefined && existsSync(join(top, folder, path))) body = readFileSync(join(top, folder, path));
-    response.writeHead(body === undefined ? 404 : 200, { "content-type": types[extname(path)] ?? "application/octet-stream" });
+    const policy = path === "/strict.html" ? { "content-security-policy": strictPolicy } : {};
+    response.writeHead(body === undefined ? 404 : 200, { "content-type": types[extname(path)] ?? "application/octet-stream", ...policy });
     response.end(body);
 });
 await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
@@ -136,6 +142,7 @@ function hostileFiles() {
         losslessWebp: withImage(losslessWebp),
         lossyWebp: withImage("RIFF\0\0\0\0WEBPVP8 \0\0\0\0\0\0\0\x9d\x01\x2a\xff\x3f\xff\x3f"),
         otherPicture: withImage("\0\0\0\x20ftypavif"),
+        brokenPicture: withImage(png("\0\x08")),
         compressedPicture: (() => {
             const { json, binary } = takeApart(withImage(png("\x00\x01")));
             Object.assign(json.bufferViews[json.images[0].bufferView], { extensions: meshopt(1) });
@@ -570,6 +577,19 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.deepEqual(found, [false, "/feed.glb", "/poster.jpg", "Toys"]);
     });
 
+    await test("a page with a strict Content-Security-Policy shows a compressed photo", async (page) => {
+        await open(page, "/strict.html", sizes.desktop);
+        await page.waitForFunction(() => document.querySelector("photo-3d").complete);
+    });
+
+    await test('with loading="lazy", posters far below the window are not fetched', async (page) => {
+        asked.length = 0;
+        await open(page, "/lazy.html", sizes.desktop);
+        await page.waitForFunction(() => document.querySelector("photo-3d").complete);
+        const posters = asked.filter((path) => path === "/poster.jpg").length;
+        assert.ok(posters > 0 && posters < 20, `${posters} of 50 posters`);
+    });
+
     await test("show() rejects with an AbortError if another photo replaces its photo first", async (page) => {
         await open(page, "/one.html", sizes.desktop);
         const results = await page.evaluate(async () => {
@@ -646,6 +666,8 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
 
     await test("a photo inside a shadow tree fills the screen, and leaves it", async (page) => {
         await open(page, "/one.html", sizes.desktop);
+        await page.bringToFront();
+        await page.waitForFunction(() => document.hasFocus()); // Firefox refuses full screen to a page without the focus
         await page.evaluate(() => {
             const shown = Object.assign(document.createElement("photo-3d"), { id: "inner", src: "/feed.glb" });
             document.getElementById("place").attachShadow({ mode: "open" }).append(shown);

@@ -21,13 +21,15 @@ export function startBrowser(kind) {
  *
  * @param {import("puppeteer-core").Browser} browser
  * @param {string} address
- * @param {{width?: number, height?: number, isPhone?: boolean, features?: {name: string, value: string}[]}} [options]
+ * @param {{width?: number, height?: number, isPhone?: boolean, features?: {name: string, value: string}[], first?: () => void}} [options]
+ * first  runs in the page and in its frames before their own scripts
  */
-export async function openPage(browser, address, { width = 900, height = 800, isPhone = false, features = [] } = {}) {
+export async function openPage(browser, address, { width = 900, height = 800, isPhone = false, features = [], first } = {}) {
     const page = await browser.newPage();
     page.setDefaultTimeout(60_000);
     await page.setViewport({ width, height, isMobile: isPhone, hasTouch: isPhone });
     if (features.length > 0) await page.emulateMediaFeatures(features);
+    if (first) await page.evaluateOnNewDocument(first);
     page.errors = [];
     page.requests = [];
     page.on("console", (line) => {

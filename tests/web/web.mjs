@@ -3,6 +3,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
+import { createHash } from "node:crypto";
 import { cp, mkdir, readFile, stat, writeFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import { dirname, extname, join } from "node:path";
@@ -87,21 +88,31 @@ async function assertEqualsProgram(page, name) {
 /** Headers that isolate a page from other sites. */
 const isolation = { "cross-origin-opener-policy": "same-origin", "cross-origin-embedder-policy": "require-corp" };
 
-/** Serves the folder. `stop` ends the server, as if the network were lost. */
-async function serve(folder, headers = {}) {
+/**
+ * Serves the folder. `stop` ends the server, as if the network were lost. `sent` has the names of all files that were sent.
+ *
+ * @param {string} folder
+ * @param {object} [headers]
+ * @param {(name: string) => boolean} [isMissing]
+ */
+async function serve(folder, headers = {}, isMissing = () => false) {
+    const sent = [];
     const types = { ".html": "text/html", ".js": "text/javascript", ".gz": "application/gzip" };
     const server = createServer(async (request, response) => {
         const name = new URL(request.url, "http://localhost").pathname.replace(/\/$/, "/index.html");
-        const bytes = await readFile(join(folder, name)).catch(() => null);
-        response.writeHead(bytes ? 200 : 404, { "content-type": types[extname(name)] ?? "application/octet-stream", ...headers });
-        response.end(bytes);
+        const bytes = isMissing(name) ? null : await readFile(join(folder, name)).catch(() => null);
+        const etag = bytes ? { etag: `"${createHash("sha1").update(bytes).digest("hex")}"` } : {};
+        const isKnown = bytes !== null && request.headers["if-none-match"] === etag.etag;
+        response.writeHead(isKnown ? 304 : bytes ? 200 : 404, { "content-type": types[extname(name)] ?? "application/octet-stream", ...etag, ...headers });
+        if (bytes && !isKnown) sent.push(name);
+        response.end(isKnown ? null : bytes);
     });
     await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
     const stop = () => {
         server.closeAllConnections();
         return new Promise((resolve) => server.close(resolve));
     };
-    return { address: `http://localhost:${server.address().port}/`, stop };
+    return { address: `http://localhost:${server.address().port}/`, stop, sent };
 }
 
 /** Returns a JPEG with the camera's orientation in its EXIF block. */
@@ -306,6 +317,36 @@ async function testsOfChromium(browser, open, openShared) {
         await own.close();
     });
 
+    await test("a video is not saved if the page is hidden during the recording", open({ width: 480, height: 640 }), async (page) => {
+        await choose(page, sample);
+        await page.click("#video");
+        await page.waitForFunction(() => document.documentElement.dataset.view === "recording");
+        await page.evaluate(() => {
+            Object.defineProperty(document, "hidden", { value: true, configurable: true });
+            document.dispatchEvent(new Event("visibilitychange"));
+        });
+        await page.waitForFunction(() => /page was hidden .*record again/.test(document.getElementById("error").textContent));
+        assert.equal(await page.evaluate(() => document.documentElement.dataset.view), "shown");
+    });
+
+    const withoutWebgl = () => {
+        const { getContext } = HTMLCanvasElement.prototype;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+            return /webgl/.test(kind) ? null : getContext.call(this, kind, ...rest);
+        };
+    };
+    await test("without WebGL, the page converts photos and saves files, but offers no video", open({ first: withoutWebgl }), async (page) => {
+        for (const path of [sample, join(made, "turned.jpg")]) assert.match((await choose(page, path)).status, /is ready/);
+        const { message, isVideoHidden, isGlbDisabled } = await page.evaluate(() => {
+            const shown = document.getElementById("frame").contentDocument.querySelector("photo-3d");
+            const { hidden } = document.getElementById("video");
+            return { message: shown.shadowRoot.getElementById("message").textContent, isVideoHidden: hidden, isGlbDisabled: document.getElementById("glb").disabled };
+        });
+        assert.match(message, /WebGL/);
+        assert.deepEqual([isVideoHidden, isGlbDisabled], [true, false]);
+        page.errors = page.errors.filter((line) => !/WebGL/.test(line));
+    });
+
     await test("the next photo replaces the first one, in the same WebGL context", open(), async (page) => {
         for (const path of [sample, join(made, "turned.jpg")]) assert.equal((await choose(page, path)).error, undefined);
         const found = await page.evaluate(() => {
@@ -361,6 +402,9 @@ async function testsOfChromium(browser, open, openShared) {
         assert.equal(name, "sample.html");
         assert.match(text, /<photo-3d standalone caption="sample"/);
         assert.ok(isAllowed, "the share sheet opens at the click");
+        await page.evaluate(() => (navigator.share = () => Promise.reject(new Error("No program accepts the file."))));
+        await page.click("#share");
+        await page.waitForFunction(() => document.getElementById("error").textContent === "No program accepts the file.");
     });
 
     await test("the page cannot send data", open(), async (page) => {
@@ -477,6 +521,17 @@ async function testsOfChromium(browser, open, openShared) {
     });
     await caching.stop();
 
+    let isLost = true;
+    const losing = await serve(site, {}, (name) => name === "/viewer.html.gz" && isLost);
+    await test("if the viewer can't be loaded, the page says so, and loads it for the next photo", () => openPage(browser, losing.address), async (page) => {
+        assert.match((await choose(page, sample)).error, /viewer\.html/);
+        isLost = false;
+        assert.equal((await choose(page, sample)).error, undefined);
+        await isInMotion(page);
+        page.errors = page.errors.filter((line) => !/404/.test(line));
+    });
+    await losing.stop();
+
     const server = await serve(site);
     await test("the page works on a server, and offline after the first visit", () => openPage(browser, server.address), async (page) => {
         assert.equal((await choose(page, sample)).error, undefined);
@@ -488,6 +543,9 @@ async function testsOfChromium(browser, open, openShared) {
         assert.ok(names.includes("/converter.wasm.gz") && download <= 3.2e6, `${download} bytes: ${names}`);
         await page.evaluate(() => navigator.serviceWorker.ready);
         assert.equal((await page.evaluate(() => window.photo3d.converter.ready)).threads, 1);
+        const pages = server.sent.filter((name) => name === "/index.html");
+        const others = server.sent.filter((name) => name !== "/index.html" && name !== "/offline.js");
+        assert.ok(pages.length <= 2 && new Set(others).size === others.length, `each file is sent once: ${others}`);
         await server.stop();
         await page.reload();
         assert.equal(await page.evaluate(() => crossOriginIsolated), true, "the service worker isolates the page");

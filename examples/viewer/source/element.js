@@ -119,7 +119,10 @@ export class Photo3D extends Base {
         const { poster, photo, caption } = this.#parts;
         if (before === value) return;
         if (name === "src") this.#sourceChanged();
-        if (name === "loading" && this.isConnected) this.#loadIfDue();
+        if (name === "loading") {
+            poster.loading = value === "lazy" ? "lazy" : "eager";
+            if (this.isConnected) this.#loadIfDue();
+        }
         if (name === "poster") {
             if (value === null) poster.removeAttribute("src");
             else poster.src = value;

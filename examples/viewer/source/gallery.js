@@ -17,7 +17,7 @@ function make(name, properties, ...children) {
 function entryOf({ title, src, poster, page, error }) {
     if (error !== undefined) return make("div", { className: "failed" }, make("strong", {}, title), error);
     const shown = document.createElement("photo-3d");
-    for (const [name, value] of Object.entries({ poster, alt: title, caption: title, sway: "1", src: isFromDisk ? undefined : src }))
+    for (const [name, value] of Object.entries({ loading: "lazy", poster, alt: title, caption: title, sway: "1", src: isFromDisk ? undefined : src }))
         if (value !== undefined) shown.setAttribute(name, value);
     const text = page ? make("a", { href: page }, title) : title;
     return make("figure", {}, shown, make("figcaption", {}, text));

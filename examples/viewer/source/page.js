@@ -57,7 +57,10 @@ function listenForFiles() {
         openFile(event.dataTransfer.files[0]);
     });
     element("choose").addEventListener("click", () => element("file").click());
-    element("file").addEventListener("change", (event) => openFile(event.target.files[0]));
+    element("file").addEventListener("change", ({ target }) => {
+        openFile(target.files[0]);
+        target.value = ""; // so that choosing the same file again fires "change"
+    });
     addEventListener("keydown", (event) => {
         if (globalThis.parent !== globalThis || event.altKey || event.ctrlKey || event.metaKey || event.target.matches("input, textarea")) return;
         if (event.key === "o") element("file").click();

@@ -52,10 +52,19 @@ export async function readPhoto(bytes) {
 
 async function parse(bytes) {
     try {
-        return await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
+        const file = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
+        await requireTextures(file.parser);
+        return file;
     } catch (failure) {
         throw new Error(`It is broken: ${failure.message}`);
     }
+}
+
+/** Throws if the browser can't decode a texture. The loader only logs this, and the surface would be white. */
+async function requireTextures(parser) {
+    const isTextured = ({ pbrMetallicRoughness }) => pbrMetallicRoughness?.baseColorTexture !== undefined;
+    for (const [index, material] of (parser.json.materials ?? []).entries())
+        if (isTextured(material) && !(await parser.getDependency("material", index)).map) throw new Error("a texture can't be decoded.");
 }
 
 /** Frees a photo's graphics memory. @param {Photo} photo */

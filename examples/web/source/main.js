@@ -182,8 +182,11 @@ function start() {
     setView("empty");
     readyViewer().catch(() => {}); // the first photo will report the error
     converter.ready.catch((failure) => say(`The converter can't start. ${failure.message}`, true));
-    if (location.protocol === "https:" || location.hostname === "localhost")
-        navigator.serviceWorker?.register("offline.js").catch(() => {}); // without it the page works, but not offline
+    if (location.protocol === "https:" || location.hostname === "localhost") {
+        const register = () => navigator.serviceWorker?.register("offline.js");
+        // After the download, so that the browser's cache has the files. Without a service worker the page works, but not offline.
+        converter.ready.finally(register).catch(() => {});
+    }
 }
 
 start();

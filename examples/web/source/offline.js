@@ -9,8 +9,11 @@ const prefix = `photo3d ${registration.scope} `;
 const version = prefix + "VERSION";
 const files = ["FILES"];
 
-/** Requests a file from the server itself, because the browser's own cache may contain an older version under the same name. */
-const newest = (name) => new Request(name, { cache: "reload" });
+/**
+ * Requests the server's version of a file, because the browser's own cache may contain an older one under the same name. The server does
+ * not send again what the browser has.
+ */
+const newest = (name) => new Request(name, { cache: "no-cache" });
 
 addEventListener("install", (event) => {
     event.waitUntil(

@@ -46,17 +46,24 @@ export async function record(canvas, seconds, onProgress) {
     recorder.start(1000);
     const size = `${canvas.width} x ${canvas.height}`;
     const start = performance.now();
+    const end = (problem) => {
+        if (problem) recorder.onerror({ error: new Error(`${problem} during the recording. Please record again.`) });
+        if (recorder.state === "recording") recorder.stop();
+    };
     const timer = setInterval(() => {
         const fraction = (performance.now() - start) / 1000 / seconds;
         onProgress(Math.min(fraction, 1));
-        const isWhole = `${canvas.width} x ${canvas.height}` === size; // players refuse videos whose size changes
-        if (!isWhole) recorder.onerror({ error: new Error("The size of the window changed during the recording. Please record again.") });
-        if ((!isWhole || fraction >= 1) && recorder.state === "recording") recorder.stop();
+        if (`${canvas.width} x ${canvas.height}` !== size) end("The size of the window changed"); // players refuse such videos
+        else if (fraction >= 1) end();
     }, 100);
+    const visibilityChanged = () => document.hidden && end("The page was hidden"); // browsers don't draw hidden pages
+    document.addEventListener("visibilitychange", visibilityChanged);
+    visibilityChanged();
     try {
         await isDone;
     } finally {
         clearInterval(timer);
+        document.removeEventListener("visibilitychange", visibilityChanged);
         for (const track of stream.getTracks()) track.stop();
     }
     return new Blob(parts, { type: recorder.mimeType });
