@@ -112,6 +112,7 @@ for (const bytes of [...files.values(), ...Object.values(assetsOfHeic)]) version
 let offline = await readFile(join(source, "offline.js"), "utf8");
 offline = fill(offline, '"VERSION"', JSON.stringify(version.digest("hex").slice(0, 16)));
 offline = fill(offline, '["FILES"]', JSON.stringify(["./", ...files.keys()]));
+offline = fill(offline, '["HEIC"]', JSON.stringify(Object.keys(assetsOfHeic).map((name) => `${name}.gz`)));
 files.set("offline.js", Buffer.from(offline));
 for (const [name, bytes] of Object.entries(assetsOfHeic)) files.set(`${name}.gz`, bytes);
 for (const [name, bytes] of files) await writeFile(join(site, name), bytes);

@@ -12,9 +12,15 @@ export const isOneFile = () => document.getElementById("asset worker.js") !== nu
 export async function readAsset(name) {
     const inPage = document.getElementById(`asset ${name}`);
     const packed = inPage ? fromBase64(inPage.textContent) : await download(`${name}.gz`);
-    const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-    const bytes = new Uint8Array(await new Response(unpacked).arrayBuffer());
+    const bytes = await unpack(packed);
     return name.endsWith("halves") ? joinHalves(bytes) : bytes;
+}
+
+/** Unpacks a file, unless the browser has done so because the server sent it with `Content-Encoding: gzip`. @param {Uint8Array} packed */
+async function unpack(packed) {
+    if (packed[0] !== 0x1f || packed[1] !== 0x8b) return packed;
+    const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Uint8Array(await new Response(unpacked).arrayBuffer());
 }
 
 function joinHalves(halves) {
@@ -27,7 +33,7 @@ function joinHalves(halves) {
 async function download(name) {
     const response = await fetch(name);
     if (!response.ok) throw new Error(`The page is incomplete: ${name} is missing.`);
-    return response.arrayBuffer();
+    return new Uint8Array(await response.arrayBuffer());
 }
 
 export function fromBase64(text) {

@@ -103,7 +103,7 @@ export class Converter {
         return ready;
     }
 
-    /** Ends a Worker that threw an error outside of a conversion, and rejects all pending conversions. */
+    /** Ends a Worker that threw an error outside of a conversion or is broken, and rejects all pending conversions. */
     broke(message) {
         this.worker.terminate();
         this.ready = null;
@@ -111,7 +111,8 @@ export class Converter {
         this.pending.clear();
     }
 
-    receive({ id, stage, fraction, result, failure }) {
+    receive({ id, stage, fraction, result, failure, isBroken }) {
+        if (isBroken) return this.broke(failure);
         const job = this.pending.get(id);
         if (stage) {
             job.onProgress(stage, fraction);

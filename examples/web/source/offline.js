@@ -2,12 +2,14 @@
 // page from other sites, by the headers that a server could send, because browsers allow threads only on isolated pages. bundle.mjs inserts
 // the names of the files and a version of their content.
 
-// `files` does not list the HEIC reader. The service worker caches it after the first photo that needs it.
+// The service worker caches the HEIC reader after the first photo that needs it. It does not touch other pages and files of the server.
 
 /** Name of the cache. The address distinguishes it from the caches of other copies of the page on the same server. */
 const prefix = `photo3d ${registration.scope} `;
 const version = prefix + "VERSION";
 const files = ["FILES"];
+const heicFiles = ["HEIC"];
+const addresses = new Set([...files, ...heicFiles].map((name) => new URL(name, registration.scope).href));
 
 /**
  * Requests the server's version of a file, because the browser's own cache may contain an older one under the same name. The server does
@@ -47,4 +49,6 @@ async function answer(request) {
     return request.mode === "navigate" && response.ok ? isolated(response) : response;
 }
 
-addEventListener("fetch", (event) => event.respondWith(answer(event.request)));
+addEventListener("fetch", (event) => {
+    if (addresses.has(event.request.url.replace(/[?#].*/, ""))) event.respondWith(answer(event.request));
+});

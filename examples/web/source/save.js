@@ -21,7 +21,7 @@ export async function share(file) {
     }
 }
 
-const videoTypes = ["video/mp4;codecs=avc1.640028", "video/mp4", "video/webm;codecs=vp9", "video/webm"];
+const videoTypes = ["video/mp4;codecs=avc1.640033", "video/mp4", "video/webm;codecs=vp9", "video/webm"];
 
 /** Type of the videos that this browser records; undefined if it records none. */
 export const videoType = () => globalThis.MediaRecorder && videoTypes.find((type) => MediaRecorder.isTypeSupported(type));

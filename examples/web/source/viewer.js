@@ -53,21 +53,12 @@ export async function loadViewer(frame) {
  * instead
  */
 export async function showPhoto(frame, photo, title) {
-    const { contentDocument, contentWindow } = frame;
-    const shown = contentDocument.querySelector("photo-3d");
-    const message = shown.shadowRoot.getElementById("message");
+    const shown = frame.contentDocument.querySelector("photo-3d");
     shown.clear();
     URL.revokeObjectURL(shown.poster);
     const poster = URL.createObjectURL(new Blob([photo.poster], { type: "image/jpeg" }));
     Object.assign(shown, { poster, caption: title, alt: `3D photo ${title}` });
     for (const name of ["width", "height"]) shown.setAttribute(name, photo[name]);
     shown.setAttribute("frame", photo.isPastFrame ? "" : "crop");
-    let isDrawn = false;
-    shown.addEventListener("load", () => (isDrawn = true), { once: true });
-    contentWindow.showPhoto(photo.glb);
-    while (!isDrawn) {
-        if (!message.hidden) return null;
-        await new Promise((resolve) => setTimeout(resolve, 20));
-    }
-    return shown.canvas;
+    return (await frame.contentWindow.showPhoto(photo.glb)) ? shown.canvas : null;
 }

@@ -8,7 +8,7 @@
 //                {warm: {milliseconds}}
 //                {stage, fraction, id}
 //                {result: {glb, poster, width, height, isPastFrame, depthSource, stages, heap}, id}
-//                {failure, id}
+//                {failure, isBroken, id}. `isBroken`: the converter can't be used again
 /* global createConverter */
 
 /** Maximum side of a photo that the browser decodes: twice the converter's working size. */
@@ -29,13 +29,13 @@ let wanted = 0;
 onmessage = ({ data }) => {
     if (data.convert) wanted += 1;
     queue = queue.then(() => (data.load ? load(data.load) : convert(data.convert, data.id))).catch((failure) => {
-        postMessage({ failure: messageOf(failure), id: data.id ?? null });
+        postMessage({ failure: messageOf(failure), isBroken: failure instanceof WebAssembly.RuntimeError, id: data.id ?? null });
     });
 };
 
-/** Returns the message of an error. WebAssembly throws a RuntimeError or a RangeError when memory runs out. */
+/** Returns the message of an error. WebAssembly throws a RangeError or a RuntimeError when memory runs out. */
 function messageOf(failure) {
-    return failure instanceof WebAssembly.RuntimeError || failure instanceof RangeError ? "not enough memory" : failure.message;
+    return failure instanceof RangeError || /OOM|out of memory/.test(failure.message) ? "not enough memory" : failure.message;
 }
 
 async function load({ wasm, depth, inpainting, threads }) {

@@ -292,7 +292,7 @@ inline photo_with_depth with_depth_inside(image_view<const std::uint8_t> pixels,
     result.photo.color = detail::over_white(pixels);
     if (detail::is_plain(bytes))
         result.photo.focal_length_35mm = detail::read_exif(detail::read_plain_header(bytes, where).exif).focal_length_35mm;
-    detail::add_depth_inside(result, bytes, budget, where);
+    detail::add_stored_depth(result, bytes, budget, where);
     return result;
 }
 
