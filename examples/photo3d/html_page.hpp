@@ -128,7 +128,8 @@ inline std::string embedding_snippet(std::string_view title, const std::string& 
                                      const image<std::uint8_t>& photo, bool is_whole) {
     return "<script type=\"module\" src=\"photo-3d.js\"></script>\n<photo-3d src=\"" + escape_html(in_url(glb)) + "\" poster=\"" +
            escape_html(in_url(poster)) + "\"" + element_size(photo, is_whole) + " alt=\"3D photo " + escape_html(title) +
-           "\"></photo-3d>\n";
+           "\"\n  style=\"display: block; aspect-ratio: " + std::to_string(photo.width()) + " / " +
+           std::to_string(photo.height()) + "\"></photo-3d>\n";
 }
 
 inline std::string viewer_page::with_photo(std::string_view title, const image<std::uint8_t>& photo,

@@ -44,11 +44,14 @@ const fragmentShader = `
         #include <colorspace_fragment>
     }`;
 
+/** One for all backdrops, because a renderer keeps what it has made for a geometry. */
+const plane = new PlaneGeometry(2, 2, cells, cells);
+
 export class Backdrop extends Mesh {
     /** @param {import("three").Color} emptyColor */
     constructor(emptyColor) {
         const uniforms = { farthest: { value: null }, size: { value: new Vector2() }, emptyColor: { value: emptyColor } };
-        super(new PlaneGeometry(2, 2, cells, cells), new ShaderMaterial({ uniforms, vertexShader, fragmentShader, depthWrite: false }));
+        super(plane, new ShaderMaterial({ uniforms, vertexShader, fragmentShader, depthWrite: false }));
         this.frustumCulled = false;
         this.renderOrder = 3; // after opaque objects, so that only gaps are shaded; soft edges blend over it
         /** @type {WebGLRenderTarget | null} */

@@ -328,6 +328,7 @@ export class Photo3D extends Base {
         const load = (this.#load = { source, abort: new AbortController() });
         const { signal } = load.abort;
         try {
+            stage.need(); // without WebGL, the file would be of no use
             const photo = await readPhoto(await fetchGlb(source, signal));
             if (signal.aborted) return disposeOf(photo);
             await this.#show(photo);

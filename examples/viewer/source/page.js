@@ -82,16 +82,23 @@ function offerEmbedding() {
     });
 }
 
-/** Shows a GLB file or a message. Pages that have this page in a frame call it. @param {ArrayBuffer | Uint8Array} bytes */
+/**
+ * Shows a GLB file or a message. Pages that have this page in a frame call it.
+ *
+ * @param {ArrayBuffer | Uint8Array} bytes
+ * @returns {Promise<boolean>} resolves to true when the photo is drawn, or to false if a message or another photo is shown instead
+ */
 async function showPhoto(bytes) {
     element("empty").hidden = true;
     const shown = viewer();
     try {
         await shown.show(bytes);
+        return true;
     } catch (failure) {
-        if (failure.name === "AbortError") return; // another photo replaced it
+        if (failure.name === "AbortError") return false; // another photo replaced it
         const isFlat = failure.name === "NotSupportedError";
         shown.report(isFlat ? `${failure.message} This is the flat photo.` : `This 3D photo can't be shown. ${failure.message}`);
+        return false;
     }
 }
 

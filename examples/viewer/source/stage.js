@@ -104,7 +104,7 @@ class Stage {
         const { renderer } = this;
         renderer.setScissorTest(true); // clears only the drawn area
         for (const view of due) {
-            const { width, height } = view.canvas;
+            const { width, height } = view;
             renderer.setViewport(0, 0, width, height);
             renderer.setScissor(0, 0, width, height);
             view.draw(renderer);
@@ -120,8 +120,8 @@ class Stage {
      * @param {View[]} shown
      */
     fit(shown) {
-        const width = Math.max(...shown.map((view) => view.canvas.width));
-        const height = Math.max(...shown.map((view) => view.canvas.height));
+        const width = Math.max(...shown.map((view) => view.width));
+        const height = Math.max(...shown.map((view) => view.height));
         const drawn = this.renderer.domElement;
         if (drawn.width >= width && drawn.height >= height && drawn.width * drawn.height <= 4 * width * height) return;
         this.renderer.setSize(width, height, false);

@@ -18,6 +18,9 @@ export class View {
      */
     constructor(canvas, motion) {
         this.canvas = canvas;
+        /** Size for the next drawing. To set the canvas's own size earlier would show an empty canvas until then. */
+        this.width = canvas.width;
+        this.height = canvas.height;
         this.pen = canvas.getContext("2d");
         this.motion = motion;
         this.pane = new Pane();
@@ -73,10 +76,7 @@ export class View {
 
     /** @param {number} width @param {number} height  of the canvas, in canvas pixels */
     setSize(width, height) {
-        if (this.canvas.width !== width || this.canvas.height !== height) {
-            this.canvas.width = width;
-            this.canvas.height = height;
-        }
+        Object.assign(this, { width, height });
         if (this.flatFrame) this.pane.fit(this.flatFrame.aspect, width / height);
         this.needsDrawing = true;
     }
@@ -110,7 +110,8 @@ export class View {
 
     /** Copies the picture from the lower left corner of another canvas. @param {HTMLCanvasElement} drawn */
     take(drawn) {
-        const { width, height } = this.canvas;
+        const { width, height } = this;
+        if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
         this.pen.globalCompositeOperation = "copy";
         this.pen.drawImage(drawn, 0, drawn.height - height, width, height, 0, 0, width, height);
         this.needsDrawing = false;
