@@ -5,6 +5,7 @@
 #include "conversion.hpp"
 #include "data_files.hpp"
 #include "documents.hpp"
+#include "heap.hpp"
 #include "help_text.hpp"
 #include "interruption.hpp"
 #include "messages.hpp"
@@ -23,10 +24,6 @@
 #include <ldi/photo3d.hpp>
 
 #include <CLI/CLI.hpp>
-
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
 
 #include <cstddef>
 #include <cstdio>
@@ -229,12 +226,7 @@ int run_program(int count, char** values) {
 }  // namespace
 
 int main(int count, char** values) {
-#if defined(__GLIBC__)
-    // Every stage allocates and frees tens of megabytes. Returning them to the system after each stage would take more time than
-    // the stages themselves.
-    mallopt(M_MMAP_THRESHOLD, 1 << 30);
-    mallopt(M_TRIM_THRESHOLD, 1 << 30);
-#endif
+    prepare_heap();
     spare_memory::reserve();
     prepare_standard_streams();
     try {

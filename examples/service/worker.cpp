@@ -5,6 +5,7 @@
 #include "../photo3d/arguments.hpp"
 #include "../photo3d/batch_list.hpp"
 #include "../photo3d/channel.hpp"
+#include "../photo3d/heap.hpp"
 #include "../photo3d/messages.hpp"
 #include "../photo3d/options.hpp"
 #include "../photo3d/spare_memory.hpp"
@@ -305,6 +306,7 @@ bool read_conversion_options(const std::vector<std::string>& options, const std:
 int main(int count, char** values) {
     using namespace ldi::examples;
     program_name = "photo3d_worker";
+    prepare_heap();
     spare_memory::reserve();
     CLI::App app;
     worker_options options;
