@@ -24,10 +24,6 @@
 
 #include <nlohmann/json.hpp>
 
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
-
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
@@ -354,10 +350,6 @@ inline void batch::stop(const failure& why) {
 
 /// data  folder of the program's data
 inline exit_code run_batch(arguments& a, const std::filesystem::path& data) {
-#if defined(__GLIBC__)
-    // Shares freed memory between threads; otherwise each thread keeps as much as its largest photo needed.
-    mallopt(M_ARENA_MAX, 1);
-#endif
     active_sets sets;
     const interruption signals([&sets] { sets.discard(); });
     try {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 
 #if defined(__GLIBC__)
@@ -13,25 +14,50 @@
 
 namespace ldi::examples {
 
-/// Keeps freed memory for the next stage, and asks for pages of 2 MB. Call this function at the start of main().
-///
-/// Returning memory to the system after each stage would take more time than the stages themselves. So would the first writes to
-/// pages of 4 kB in virtual machines: with large pages, the sample takes two thirds of the processor time, and 8 MB more.
-inline void prepare_heap() {
+/// Asks for pages of 2 MB for the next 256 MB of the heap, unless a limit counts memory that is not used. The first write to each
+/// page of 4 kB is expensive in virtual machines. On ours, the sample takes 0.74 times the processor time with large pages, and
+/// 0.81 times if 30 seconds pass between runs.
+inline void ask_for_large_pages() {
 #if defined(__GLIBC__)
-    mallopt(M_MMAP_THRESHOLD, 1 << 30);
-    mallopt(M_TRIM_THRESHOLD, 1 << 30);
-    // Sets the advice on a block that is freed at once; the heap keeps its addresses. A limit of the address space would count
-    // them.
-    rlimit addresses{};
-    if (::getrlimit(RLIMIT_AS, &addresses) != 0 || addresses.rlim_cur != RLIM_INFINITY) return;
-    constexpr std::size_t bytes = std::size_t{512} << 20;
-    constexpr std::uintptr_t page = 4096;
+    for (const auto kind : {RLIMIT_AS, RLIMIT_DATA}) {
+        rlimit limit{};
+        if (::getrlimit(kind, &limit) != 0 || limit.rlim_cur != RLIM_INFINITY) return;
+    }
+    int policy = 0;
+    if (std::FILE* const file = std::fopen("/proc/sys/vm/overcommit_memory", "r")) {
+        if (std::fscanf(file, "%d", &policy) != 1) policy = 0;
+        std::fclose(file);
+    }
+    constexpr int never = 2;
+    if (policy == never) return;
+    // Sets the advice on a block that is freed at once; the heap keeps its addresses until it is trimmed.
+    constexpr std::size_t bytes = std::size_t{256} << 20;
+    constexpr std::uintptr_t page = 65536;  // or a smaller power of two
     void* const block = std::malloc(bytes);
     const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(block) + page - 1) / page * page;
     if (block != nullptr) ::madvise(reinterpret_cast<void*>(begin), bytes - page, MADV_HUGEPAGE);
     std::free(block);
 #endif
+}
+
+/// Keeps freed memory for the next stage, because returning it to the system after each stage would take more time than the
+/// stages themselves. All threads share one heap; otherwise each would keep as much as its largest photo needed. Call this
+/// function at the start of main().
+inline void prepare_heap() {
+#if defined(__GLIBC__)
+    mallopt(M_ARENA_MAX, 1);
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+    ask_for_large_pages();
+}
+
+/// Returns free memory to the system.
+inline void trim_heap() {
+#if defined(__GLIBC__)
+    malloc_trim(0);
+#endif
+    ask_for_large_pages();
 }
 
 }  // namespace ldi::examples

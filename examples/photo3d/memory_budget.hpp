@@ -7,16 +7,13 @@
 #pragma once
 
 #include "arguments.hpp"
+#include "heap.hpp"
 #include "system.hpp"
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/photo_depth.hpp>
-
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
 
 #include <algorithm>
 #include <condition_variable>
@@ -142,11 +139,7 @@ public:
     /// Makes room for work that needs `bytes`: if necessary, returns to the system the memory that the C library has kept from
     /// earlier photos.
     void make_room(std::size_t bytes) const {
-#if defined(__GLIBC__)
-        if (memory_in_use() + bytes > limit_) malloc_trim(0);
-#else
-        static_cast<void>(bytes);
-#endif
+        if (memory_in_use() + bytes > limit_) trim_heap();
     }
 
 private:

@@ -2,16 +2,14 @@
 // (`photo3d --size`).
 #pragma once
 
+#include "heap.hpp"
+
 #include <ldi/core/image.hpp>
 #include <ldi/mesh/move_to_sheets.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/gap_colors.hpp>
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/texture/sheets.hpp>
-
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
 
 #include <algorithm>
 #include <cstddef>
@@ -38,9 +36,7 @@ public:
                   Executor& threads)
         : made_(made), photo_(made.photo) {
         if (!needs_sheets(photo, shown_side, worked_side)) return;
-#if defined(__GLIBC__)
-        malloc_trim(0);  // the memory that the stages released is too fragmented for sheets
-#endif
+        trim_heap();  // the memory that the stages released is too fragmented for sheets
         photo_ = photo;
         if (shown_side < std::max(photo.height(), photo.width())) {
             shrunk_ = ldi::shrink_photo(photo, shown_side, threads);

@@ -123,7 +123,7 @@ private:
         } catch (const error& failed) {
             if (failed.code() != error_code::too_large) throw;
         }
-        if (!document || !is_document(*document))
+        if (!document || !document->contains("job") || !document->contains("photo"))
             raise(error_code::file_access, record, "no file, or a document of this program", "another file");
         return id_of(*document) == id_of(wanted) ? document : std::nullopt;
     }

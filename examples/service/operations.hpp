@@ -111,7 +111,8 @@ public:
         });
         std::string host = address.substr(0, colon);
         if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-        server_.new_task_queue = [] { return new httplib::ThreadPool(2); };  // the library's default has a thread per core
+        server_.new_task_queue = [] { return new httplib::ThreadPool(4); };  // the library's default has a thread per core
+        server_.set_keep_alive_max_count(1);                                 // an idle connection would occupy a thread
         if (!server_.bind_to_port(host, port))
             raise(error_code::unavailable, "--http", "an address of this machine that no other program uses", address);
         thread_ = std::thread([this] { server_.listen_after_bind(); });

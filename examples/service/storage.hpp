@@ -87,7 +87,7 @@ public:
         // Without O_NONBLOCK, opening a pipe without a writer would block forever.
         const file_handle file(*folder, name_of(key), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
         if (file.number() < 0 && errno == ENOENT) return std::nullopt;
-        if (file.number() < 0) fail(key, "a file that can be read");
+        if (file.number() < 0) fail_to_open(key, "a file that can be read");
         struct stat facts {};
         if (::fstat(file.number(), &facts) != 0) fail(key, "a file that can be read");
         if (!S_ISREG(facts.st_mode)) raise(error_code::file_access, where(key), "a file", "something else, such as a pipe");
@@ -118,8 +118,9 @@ public:
                   "a link, or something else that is not a regular file");
         if (searched_.insert(std::filesystem::path(key).parent_path().string()).second)  // searches each folder once
             remove_abandoned(folder);
+        if (::faccessat(folder.number(), name_of(key).c_str(), W_OK, AT_EACCESS) != 0 && errno != ENOENT)
+            fail_to_open(key, "a file that can be replaced");
         temporary_file file(folder);
-        if (!file.is_open() && !std::filesystem::path(key).has_parent_path()) fail_as_storage(key, "a writable place");
         if (!file.write(bytes) || !file.put_in_place(name_of(key))) fail(key, "a writable place");
     }
 
@@ -141,16 +142,13 @@ private:
         temporary_file& operator=(const temporary_file&) = delete;
         ~temporary_file() {
             const int reason = errno;
-            if (is_open()) ::unlinkat(folder_.number(), name_.c_str(), 0);  // fails if the file is in place
+            if (file_.number() >= 0) ::unlinkat(folder_.number(), name_.c_str(), 0);  // fails if the file is in place
             errno = reason;
         }
 
-        /// False after a failure of the constructor, with errno set.
-        bool is_open() const { return file_.number() >= 0; }
-
         /// Writes all bytes to the disk. False after a failure, with errno set.
         bool write(std::span<const std::byte> bytes) {
-            if (!is_open()) return false;
+            if (file_.number() < 0) return false;
             while (!bytes.empty()) {
                 const ssize_t written = ::write(file_.number(), bytes.data(), bytes.size());
                 if (written < 0 && errno == EINTR) continue;
@@ -160,12 +158,11 @@ private:
             return ::fsync(file_.number()) == 0;
         }
 
-        /// Replaces the file `name`, unless it is write-protected. Keeps the file's permissions, and also its owner if the
-        /// system allows it. False after a failure, with errno set.
+        /// Replaces the file `name`. Keeps the file's permissions, and also its owner if the system allows it. False after a
+        /// failure, with errno set.
         bool put_in_place(const std::string& name) {
             struct stat old {};
             if (::fstatat(folder_.number(), name.c_str(), &old, AT_SYMLINK_NOFOLLOW) == 0) {
-                if (::faccessat(folder_.number(), name.c_str(), W_OK, AT_EACCESS) != 0) return false;
                 static_cast<void>(::fchown(file_.number(), old.st_uid, old.st_gid) == 0);
                 if (::fchmod(file_.number(), old.st_mode & 07777) != 0) return false;
             }
@@ -199,6 +196,12 @@ private:
 
     static std::string name_of(const std::string& key) { return std::filesystem::path(key).filename().string(); }
 
+    /// Same as fail(), but the permissions of a single file or folder are not a failure of the storage.
+    [[noreturn]] void fail_to_open(const std::string& key, const char* expected) const {
+        if (errno == EACCES || errno == EPERM) raise_system_error(errno, where(key), expected);
+        fail(key, expected);
+    }
+
     /// Raises the error of the last system call.
     ///
     /// expected  for messages
@@ -207,13 +210,7 @@ private:
             raise(error_code::file_access, where(key), expected,
                   "a link (links are not followed), or a file instead of a folder");
         if (errno == ENOENT || errno == EISDIR || errno == ENAMETOOLONG) raise_system_error(errno, where(key), expected);
-        // The permissions of a single file or folder are not a failure of the storage.
-        if (errno == EACCES || errno == EPERM) raise_system_error(errno, where(key), expected);
-        fail_as_storage(key, expected);
-    }
-
-    /// Raises the error of the last system call as one of the storage, such as a read-only disk: a later try may succeed.
-    [[noreturn]] void fail_as_storage(const std::string& key, const char* expected) const {
+        // Any other error is one of the storage, such as a read-only disk, and a later try may succeed.
         raise(error_code::unavailable, where(key), expected, "an error: " + system_reason(last_error()));
     }
 
@@ -222,7 +219,7 @@ private:
         file_handle folder = open_folder_of(key, false);
         if (folder.number() >= 0) return folder;
         if (errno == ENOENT) return std::nullopt;
-        fail(key, "a folder");
+        fail_to_open(key, "a folder");
     }
 
     /// Opens the folder of an object, and makes missing folders. Raises invalid_data, file_access, unavailable.
@@ -241,7 +238,6 @@ private:
         if (folder.number() < 0) raise(error_code::unavailable, folder_.string(), "a folder", "none");
         for (const std::filesystem::path& name : std::filesystem::path(key).parent_path()) {
             const bool is_made = !makes_missing || ::mkdirat(folder.number(), name.c_str(), 0777) == 0 || errno == EEXIST;
-            if (!is_made && (errno == EACCES || errno == EPERM)) fail_as_storage(key, "a folder");
             folder = is_made ? file_handle(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW) : file_handle();
             if (folder.number() < 0) break;
         }

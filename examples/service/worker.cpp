@@ -199,13 +199,15 @@ private:
             has_broker_ = out.is_connected();
         };
         while (!is_ending) process();
-        // Publishes the current photo's document, and returns the other messages. Other workers get the rest if the broker
-        // accepts nothing, or if the photo takes too long.
+        // Publishes the current photo's document, and returns the other messages. If the broker accepts nothing for a minute,
+        // other workers get the message.
         constexpr std::chrono::seconds patience(60);
         in.stop_consuming(names.photos);
-        for (const auto begun = std::chrono::steady_clock::now();
-             held > 0 && !has_failed() && std::chrono::steady_clock::now() - begun < patience;)
+        for (auto since = std::chrono::steady_clock::now();
+             held > 0 && !has_failed() && std::chrono::steady_clock::now() - since < patience;) {
             process();
+            if (!sent) since = std::chrono::steady_clock::now();  // the photo is not finished
+        }
     }
 
     /// Returns a finished task, unless there is none. Drops those of earlier connections, which the broker delivers again.

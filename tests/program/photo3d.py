@@ -256,7 +256,10 @@ def check_cut_heic(folder):
         said = subprocess.run([PROGRAM, cut, "-o", output, "--quiet", "--inpaint", "diffusion"], capture_output=True, text=True,
                               env={**os.environ, "LDI_MODELS": os.path.join(SOURCE, "examples/models"), "MALLOC_PERTURB_": fill})
         results.append(open(output, "rb").read() if said.returncode == 0 else said.stderr.encode())
-    check("a HEIC picture that ends early is the same, whatever was in memory before", len(set(results)) == 1)
+    if b"this build cannot read" in results[0]:
+        print("skipped a HEIC picture that ends early: the program was built without libheif")
+        return
+    check("a HEIC picture that ends early is the same, whatever was in memory before", len(set(results)) == 1 and is_whole_glb(results[0]), results[0][:300])
 
 
 def main():

@@ -49,7 +49,7 @@ count_step "an address of a broker may end in a slash" submits_with_slash
 mkfifo "$folder/photos/pipe.jpg"
 ln -s ../keys "$folder/photos/link.jpg"
 cp "$one_photo" "$folder/photos/kept.jpg"
-printf '{"title": "my holiday"}\n' >"$folder/outputs/kept.jpg.json"
+printf '{"message": "my holiday"}\n' >"$folder/outputs/kept.jpg.json"
 cp "$one_photo" "$folder/photos/taken.jpg"
 mkdir "$folder/outputs/taken.jpg.json"
 printf '%s\n' pipe.jpg a.jpg link.jpg kept.jpg taken.jpg >"$folder/odd"
@@ -60,7 +60,7 @@ count_step "photos that are not plain files, or whose document would replace ano
     documents codes_are "$folder/odd_dead" "file access" "file access" "file access" "file access"
 is_not_converted() { [ ! -e "$folder/outputs/taken.jpg.glb" ]; }
 count_step "a photo whose document can't be written is not converted" is_not_converted
-count_step "another program's file is kept" grep -q '^{"title": "my holiday"}$' "$folder/outputs/kept.jpg.json"
+count_step "another program's file is kept" grep -q '^{"message": "my holiday"}$' "$folder/outputs/kept.jpg.json"
 stop_worker TERM "$worker"
 
 # This photo takes more processor time than a worker may use, so that the system ends every worker that receives the photo.
@@ -110,18 +110,26 @@ cp examples/photo3d/sample.jpg "$folder/photos/sample.jpg"
 start_worker ending ending "$folder/photos" "$folder/outputs"
 queue ending submit --job t <<<sample.jpg
 wait_until 60 grep -q '"event":"message"' "$worker_log"
+sleep 0.1 # until the conversion has begun
 stop_worker TERM "$worker"
-count_step "a worker that ends after a signal publishes the document of its current photo" wait_until 20 queue_has ending.results 1
-count_step "a worker that ends after a signal acknowledges the message that it has completed" queue_has ending 0
+queue ending collect --results "$folder/ending_results" --dead "$folder/ending_dead" --expected 1 >/dev/null
+count_step "a worker that ends after a signal publishes the document of its current photo" grep -q '"photo":"sample.jpg"' "$folder/ending_results"
+count_step "a worker that ends after a signal acknowledges the message that it has completed" wait_until 20 queue_has ending 0
 start_worker busy busy "$folder/photos" "$folder/outputs"
-for ((i = 0; i < 60; ++i)); do
+first_log=$worker_log
+for ((i = 0; i < 8; ++i)); do
     ln "$folder/photos/sample.jpg" "$folder/photos/sample$i.jpg"
     echo "sample$i.jpg"
-done | queue busy submit --job t --photos-per-message 60
+done >"$folder/busy"
+queue busy submit --job t --photos-per-message 8 <"$folder/busy"
 wait_until 60 grep -q '"event":"message"' "$worker_log"
 stop_worker TERM "$worker"
-count_step "a worker that ends after a signal returns a message with unfinished photos" wait_until 20 queue_has busy 1
-count_step "no document of a returned message is published" queue_has busy.results 0
+start_worker next busy "$folder/photos" "$folder/outputs"
+queue busy collect --results "$folder/busy_results" --dead "$folder/busy_dead" --expected 8 >/dev/null
+count_step "another worker completes the message of a worker that ended after a signal" documents each_once "$folder/busy" "$folder/busy_results" "$folder/busy_dead"
+cat "$first_log" "$worker_log" >"$folder/busy_log"
+count_step "no photo of this message is converted twice" documents have_events "$folder/busy_log" photo 8
+stop_worker TERM "$worker"
 
 # A queue that refuses results: the worker keeps the message and publishes the documents of its converted photos again.
 start_worker full full "$folder/photos" "$folder/outputs"

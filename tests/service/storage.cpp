@@ -74,21 +74,26 @@ TEST_CASE("a folder that refuses new files is unavailable for now, because the p
     CHECK(raised([&] { folder_storage(refusing).put("ldi_test", byte_string(5)); }) == error_code::unavailable);
 }
 
-TEST_CASE("a file or folder without permissions is the fault of the photo, not of the storage") {
+TEST_CASE("a photo that may not be read, or an output that may not be replaced, is not a failure of the storage") {
     const scratch_folder folder;
     const std::filesystem::path place = folder / "photos";
     std::filesystem::create_directory(place);
     folder_storage storage(place);
     storage.put("a.jpg", byte_string(5));
     storage.put("locked/a.jpg", byte_string(5));
+    storage.put("kept.glb", byte_string(5));
+    std::filesystem::permissions(place, std::filesystem::perms::all);
+    std::filesystem::permissions(place / "kept.glb", std::filesystem::perms::owner_read | std::filesystem::perms::others_read);
     for (const char* const name : {"a.jpg", "locked"}) std::filesystem::permissions(place / name, std::filesystem::perms::none);
     const bool is_root = ::geteuid() == 0;  // root may read any file
     if (is_root) REQUIRE(::seteuid(65534) == 0);
     const std::optional<error_code> of_file = raised([&] { storage.get("a.jpg", 100); });
     const std::optional<error_code> of_folder = raised([&] { storage.get("locked/a.jpg", 100); });
-    const std::optional<error_code> of_output = raised([&] { storage.put("locked/b.glb", byte_string(5)); });
+    const std::optional<error_code> of_output = raised([&] { storage.put("kept.glb", byte_string(5)); });
+    const std::optional<error_code> of_new_output = raised([&] { storage.put("locked/b.glb", byte_string(5)); });
     if (is_root) REQUIRE(::seteuid(0) == 0);
     for (const auto& code : {of_file, of_folder, of_output}) CHECK(code == error_code::file_access);
+    CHECK(of_new_output == error_code::unavailable);  // a folder may become writable, and other outputs need it, too
 }
 
 TEST_CASE("symbolic links inside a folder are not followed") {

@@ -92,7 +92,7 @@ const isolation = { "cross-origin-opener-policy": "same-origin", "cross-origin-e
  * Serves the folder. `stop` ends the server, as if the network were lost. `sent` has the names of all files that were sent.
  *
  * @param {string} folder
- * @param {object} [headers]
+ * @param {object | ((name: string) => object)} [headers]
  * @param {(name: string) => boolean} [isMissing]
  */
 async function serve(folder, headers = {}, isMissing = () => false) {
@@ -103,7 +103,7 @@ async function serve(folder, headers = {}, isMissing = () => false) {
         const bytes = isMissing(name) ? null : await readFile(join(folder, name)).catch(() => null);
         const etag = bytes ? { etag: `"${createHash("sha1").update(bytes).digest("hex")}"` } : {};
         const isKnown = bytes !== null && request.headers["if-none-match"] === etag.etag;
-        response.writeHead(isKnown ? 304 : bytes ? 200 : 404, { "content-type": types[extname(name)] ?? "application/octet-stream", ...etag, ...headers });
+        response.writeHead(isKnown ? 304 : bytes ? 200 : 404, { "content-type": types[extname(name)] ?? "application/octet-stream", ...etag, ...(typeof headers === "function" ? headers(name) : headers) });
         if (bytes && !isKnown) sent.push(name);
         response.end(isKnown ? null : bytes);
     });
@@ -462,6 +462,17 @@ async function testsOfChromium(browser, open, openShared) {
             return converting.then(() => "none", ({ message }) => message);
         }, sampleBytes.toString("base64"));
         assert.match(failure, /null/);
+        const trap = await page.evaluate(async (content) => {
+            const bytes = Uint8Array.from(atob(content), (c) => c.charCodeAt(0));
+            const { converter } = window.photo3d;
+            await converter.convert(bytes, "sample.jpg", () => {});
+            const { worker } = converter;
+            const converting = converter.convert(bytes, "sample.jpg", (stage) => {
+                if (stage === "depth estimation") worker.onmessage({ data: { id: converter.lastId, failure: "unreachable", isBroken: true } }); // as after a trap in WebAssembly
+            });
+            return [await converting.then(() => "none", ({ message }) => message), converter.ready];
+        }, sampleBytes.toString("base64"));
+        assert.deepEqual(trap, ["unreachable", null]);
         assert.ok((await convert(page, "sample.jpg", sampleBytes)).glb.length > 0);
         page.errors.length = 0; // browsers also report the Worker's error on their consoles
     });
@@ -503,11 +514,25 @@ async function testsOfChromium(browser, open, openShared) {
         page.errors = page.errors.filter((line) => !/ERR_CONNECTION_REFUSED/.test(line));
     });
 
+    const unpacking = await serve(site, (name) => (name.endsWith(".gz") ? { "content-encoding": "gzip" } : {}));
+    await test("the page works on a server whose .gz files the browser unpacks itself", () => openPage(browser, unpacking.address), async (page) => {
+        assert.equal((await choose(page, sample)).error, undefined);
+        await page.evaluate(() => navigator.serviceWorker.ready);
+        await page.reload(); // now the service worker responds
+        assert.equal((await choose(page, sample)).error, undefined);
+    });
+    await unpacking.stop();
+
     const renewed = join(made, "site");
     await cp(site, renewed, { recursive: true });
     const caching = await serve(renewed, { "cache-control": "max-age=86400" });
     await test("a new version of the page replaces all files, even those that the browser's own cache has", () => openPage(browser, caching.address), async (page) => {
         await page.waitForFunction(() => navigator.serviceWorker.controller !== null);
+        await writeFile(join(renewed, "other.html"), "<!doctype html><title>Other</title>");
+        const other = await browser.newPage();
+        await other.goto(`${caching.address}other.html`);
+        assert.equal(await other.evaluate(() => crossOriginIsolated), false, "the service worker leaves other pages alone");
+        await other.close();
         const change = async (name, from, to) => writeFile(join(renewed, name), (await readFile(join(renewed, name), "utf8")).replace(from, to));
         await change("index.html", "</title>", " 2</title>");
         await change("offline.js", /"[0-9a-f]{16}"/, '"2"');

@@ -93,6 +93,7 @@ async function showPhoto(bytes) {
     const shown = viewer();
     try {
         await shown.show(bytes);
+        if (!shown.complete) await new Promise((resolve) => shown.addEventListener("load", resolve, { once: true })); // it was out of sight
         return true;
     } catch (failure) {
         if (failure.name === "AbortError") return false; // another photo replaced it

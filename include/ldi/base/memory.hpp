@@ -36,8 +36,9 @@ inline void release_to_system(void*, void* block, std::size_t) { _aligned_free(b
 inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) {
     void* const block = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
 #if defined(LDI_HAS_HUGE_PAGES)
-    // Asks for pages of 2 MB in large blocks. The first write to each page of 4 kB is expensive, above all in virtual machines.
-    constexpr std::uintptr_t small_page = 4096, huge_page = std::uintptr_t{2} << 20;
+    // Asks for pages of 2 MB in large blocks. The first write to each small page is expensive, above all in virtual
+    // machines. Small pages have 4 kB to 64 kB.
+    constexpr std::uintptr_t small_page = 65536, huge_page = std::uintptr_t{2} << 20;
     const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(block) + small_page - 1) / small_page * small_page;
     if (block != nullptr && bytes >= huge_page) ::madvise(reinterpret_cast<void*>(begin), bytes - small_page, MADV_HUGEPAGE);
 #endif

@@ -51,14 +51,15 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
 /// as a damaged file, or that wait forever for threads that failed to start.
 inline void require_memory(std::size_t bytes, const std::string& where) {
 #if defined(__GLIBC__)  // malloc() would fill the memory while another thread has zeroed_allocations
-    void* const probe = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    const bool is_there = probe != MAP_FAILED;
-    if (is_there) ::munmap(probe, bytes);
-#else
+    void* const pages = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (pages != MAP_FAILED) {
+        ::munmap(pages, bytes);
+        return;
+    }
+#endif
     void* volatile const probe = std::malloc(bytes);  // volatile: otherwise compilers remove the allocation
     const bool is_there = probe != nullptr;
     std::free(probe);
-#endif
     if (!is_there)
         raise(error_code::out_of_memory, where, std::to_string(bytes / 1'000'000) + " MB of memory for decoding",
               "too little memory");

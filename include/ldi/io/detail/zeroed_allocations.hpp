@@ -30,7 +30,8 @@ private:
         static int objects = 0;
         const std::lock_guard lock(mutex);
         objects += change;
-        // malloc() fills new memory with the complement of this value. Afterward, applies the user's value again.
+        // malloc() fills new memory with the complement of this value, and free() fills freed memory with the value itself.
+        // Afterward, applies the value of MALLOC_PERTURB_ again.
         const char* const chosen = std::getenv("MALLOC_PERTURB_");
         mallopt(M_PERTURB, objects > 0 ? 255 : chosen == nullptr ? 0 : std::atoi(chosen));
 #endif
