@@ -31,6 +31,7 @@ struct heif_writing {
     heif_compression_format format = heif_compression_HEVC;
     byte_string exif = {}, icc = {};
     unsigned primaries = 0;  ///< code of the color primaries; 0 for sRGB's. The curve is always sRGB's
+    bool is_premultiplied = false;
 };
 
 /// Makes a lossless file. Returns std::nullopt if libheif has no encoder for the format.
@@ -63,6 +64,7 @@ inline std::optional<byte_string> heif_file_of(const image<std::uint8_t>& pictur
     heif_nclx_color_profile_set_transfer_characteristics(identity, 13);
     identity->full_range_flag = 1;
     heif_image_set_nclx_color_profile(pixels, identity);
+    heif_image_set_premultiplied_alpha(pixels, writing.is_premultiplied ? 1 : 0);
     if (!writing.icc.empty()) heif_image_set_raw_color_profile(pixels, "prof", writing.icc.data(), writing.icc.size());
     heif_encoding_options* const options = heif_encoding_options_alloc();
     options->output_nclx_profile = identity;

@@ -156,6 +156,26 @@ TEST_CASE("one memory limit covers the photo, its depth map and the map's confid
 
 #endif
 
+TEST_CASE("AV1 frames have the size of their sequence header unless they state their own, which may be larger") {
+    // Sequence header of a picture of 100 x 66 by SVT-AV1, and the first two bytes of its frame. The second byte of a frame that
+    // states its own size has another bit.
+    const auto size_of = [](std::string_view units) {
+        std::optional<detail::av1_sequence> sequence;
+        std::size_t units_left = 10;
+        return detail::size_in_av1_units(bytes_of(units), units_left, sequence);
+    };
+    const std::string sequence("\x0a\x0a\0\0\0\x03\x36\x38\x27\xdf\xcc\x02", 12);
+    for (const std::string& units : {sequence, sequence + std::string("\x32\x02\x10\0", 4)}) {
+        const detail::coded_size size = size_of(units);
+        CHECK(size.width == 100);
+        CHECK(size.height == 66);
+        CHECK(size.pictures == (units == sequence ? 0 : 1));
+    }
+    const detail::coded_size own = size_of(sequence + std::string("\x32\x02\x12\0", 4));
+    CHECK(own.width == 128);
+    CHECK(own.height == 128);
+}
+
 TEST_CASE("each slice of a HEIC item counts as a picture, because each may cover the whole picture") {
     byte_string record(23);
     record[21] = std::byte{3};  // lengths of units have four bytes

@@ -91,6 +91,13 @@ TEST_CASE("HEIC and AVIF photos are decoded exactly, with their focal length, an
         const image<std::uint8_t> transparent = with_alpha(small_picture);
         if (const std::optional<byte_string> with = heif_file_of(transparent, {format, {}, {}, 0}))
             CHECK(largest_difference(decode_photo(*with).color, on_white(transparent)) <= 1);
+        image<std::uint8_t> multiplied = transparent;
+        for (std::size_t i = 0; i < multiplied.size(); ++i)
+            multiplied.data()[i] = i % 4 == 3
+                                       ? multiplied.data()[i]
+                                       : static_cast<std::uint8_t>(multiplied.data()[i] * multiplied.data()[i / 4 * 4 + 3] / 255);
+        if (const std::optional<byte_string> with = heif_file_of(multiplied, {.format = format, .is_premultiplied = true}))
+            CHECK(largest_difference(decode_photo(*with).color, on_white(transparent)) <= 1);
     }
 }
 

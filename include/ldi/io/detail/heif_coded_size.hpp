@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -127,18 +128,33 @@ inline coded_size size_in_hevc_configuration(std::span<const std::byte> hvcc, st
     return largest;
 }
 
-/// Skips the fields of an AV1 sequence header that precede the size.
-inline void skip_av1_operating_points(bit_reader& bits) {
+/// An AV1 sequence header: the sizes of its frames, and what a reader of their headers must know.
+struct av1_sequence {
+    coded_size stated;             ///< size of the frames that do not state their own
+    coded_size possible;           ///< largest size that a frame can state for itself
+    bool is_reduced = false;       ///< a still picture whose frame can't state a size
+    unsigned time_bits = 0;        ///< length of the presentation time of a shown frame
+    unsigned identifier_bits = 0;  ///< length of a frame's identifier
+    unsigned screen_tools = 0;     ///< allow_screen_content_tools of all frames; 2: each frame states it
+    unsigned whole_vectors = 0;    ///< force_integer_mv of all frames; 2: each frame states it
+};
+
+/// Skips the fields of an AV1 sequence header that precede the size. Returns the length of the presentation time of a shown
+/// frame.
+inline unsigned skip_av1_operating_points(bit_reader& bits) {
     bool has_decoder_model = false;
-    unsigned delay_bits = 0;
+    unsigned delay_bits = 0, time_bits = 0;
     if (bits.next(1) != 0) {  // timing information is present
         bits.next(64);
-        if (bits.next(1) != 0) bits.golomb();
+        const bool has_equal_intervals = bits.next(1) != 0;
+        if (has_equal_intervals) bits.golomb();
         has_decoder_model = bits.next(1) != 0;
         if (has_decoder_model) {
             delay_bits = static_cast<unsigned>(bits.next(5)) + 1;
-            bits.next(32 + 5 + 5);
+            bits.next(32 + 5);
+            time_bits = static_cast<unsigned>(bits.next(5)) + 1;
         }
+        if (has_equal_intervals) time_bits = 0;
     }
     const bool has_display_delay = bits.next(1) != 0;
     for (std::uint64_t points = bits.next(5) + 1; points > 0; --points) {
@@ -147,41 +163,65 @@ inline void skip_av1_operating_points(bit_reader& bits) {
         if (has_decoder_model && bits.next(1) != 0) bits.next(2 * delay_bits + 1);
         if (has_display_delay && bits.next(1) != 0) bits.next(4);
     }
+    return time_bits;
 }
 
-inline coded_size size_in_av1_header(std::span<const std::byte> header) {
+/// Reads the header of a sequence. AV1 Bitstream & Decoding Process Specification, section 5.5.
+inline av1_sequence read_av1_sequence(std::span<const std::byte> header) {
     bit_reader bits(header, false);
-    bits.next(3 + 1);
-    const bool is_reduced = bits.next(1) != 0;
-    if (is_reduced)
-        bits.next(5);
+    const auto number = [&](unsigned length) { return static_cast<unsigned>(bits.next(length)); };
+    av1_sequence sequence;
+    number(3 + 1);
+    sequence.is_reduced = number(1) != 0;
+    if (sequence.is_reduced)
+        number(5);
     else
-        skip_av1_operating_points(bits);
-    const unsigned width_bits = static_cast<unsigned>(bits.next(4)) + 1, height_bits = static_cast<unsigned>(bits.next(4)) + 1;
-    coded_size size;
-    size.width = bits.next(width_bits) + 1, size.height = bits.next(height_bits) + 1;
-    if (is_reduced) {
-        bits.next(3);
+        sequence.time_bits = skip_av1_operating_points(bits);
+    const unsigned width_bits = number(4) + 1, height_bits = number(4) + 1;
+    sequence.stated.width = bits.next(width_bits) + 1, sequence.stated.height = bits.next(height_bits) + 1;
+    sequence.possible.width = std::uint64_t{1} << width_bits, sequence.possible.height = std::uint64_t{1} << height_bits;
+    if (sequence.is_reduced) {
+        number(3);
     } else {
-        // Each frame may state its own size with these numbers of bits, so this function returns the largest size that fits.
-        size.width = std::uint64_t{1} << width_bits, size.height = std::uint64_t{1} << height_bits;
-        if (bits.next(1) != 0) bits.next(7);
-        bits.next(7);
-        const bool has_order = bits.next(1) != 0;
-        if (has_order) bits.next(2);
-        const bool chooses_tools = bits.next(1) != 0;
-        if ((chooses_tools || bits.next(1) != 0) && bits.next(1) == 0) bits.next(1);
-        if (has_order) bits.next(3);
+        if (number(1) != 0) {
+            const unsigned difference_bits = number(4) + 2;
+            sequence.identifier_bits = number(3) + difference_bits + 1;
+        }
+        number(7);
+        const bool has_order = number(1) != 0;
+        if (has_order) number(2);
+        sequence.screen_tools = number(1) != 0 ? 2 : number(1);
+        sequence.whole_vectors = sequence.screen_tools == 0 || number(1) != 0 ? 2 : number(1);
+        if (has_order) number(3);
     }
-    bits.next(3);
-    size.is_deep = bits.next(1) != 0;
-    return size;
+    number(3);
+    sequence.stated.is_deep = sequence.possible.is_deep = number(1) != 0;
+    return sequence;
 }
 
-/// Returns the largest width and height that the AV1 sequence headers allow, and the number of frames.
+/// Whether a frame states its own size. Section 5.9.2 of the specification.
+inline bool states_own_size(std::span<const std::byte> frame_header, const av1_sequence& sequence) {
+    if (sequence.is_reduced) return false;
+    bit_reader bits(frame_header, false);
+    constexpr std::uint64_t key_frame = 0, switch_frame = 3;
+    if (bits.next(1) != 0) return false;  // an earlier frame is shown
+    const std::uint64_t type = bits.next(2);
+    const bool is_shown = bits.next(1) != 0;
+    bits.next(is_shown ? sequence.time_bits : 1);
+    if (type != switch_frame && (type != key_frame || !is_shown)) bits.next(1);
+    bits.next(1);
+    const bool has_screen_tools = (sequence.screen_tools == 2 ? bits.next(1) : sequence.screen_tools) != 0;
+    if (has_screen_tools && sequence.whole_vectors == 2) bits.next(1);
+    bits.next(sequence.identifier_bits);
+    return type == switch_frame || bits.next(1) != 0;
+}
+
+/// Returns the largest width and height that the frames may have, and the number of frames.
 ///
-/// units  open bitstream units, from an item or its configuration
-inline coded_size size_in_av1_units(std::span<const std::byte> units, std::size_t& units_left) {
+/// units     open bitstream units, from an item or its configuration
+/// sequence  the last sequence header that was read; empty: none
+inline coded_size size_in_av1_units(std::span<const std::byte> units, std::size_t& units_left,
+                                    std::optional<av1_sequence>& sequence) {
     constexpr unsigned sequence_header = 1, frame_header = 3, frame = 6;
     coded_size largest;
     for (; !units.empty() && units_left > 0; --units_left) {
@@ -197,8 +237,14 @@ inline coded_size size_in_av1_units(std::span<const std::byte> units, std::size_
         if (!has_size) size = units.size();
         size = (std::min)(size, units.size() - at);
         const unsigned type = head >> 3 & 15;
-        if (type == sequence_header) largest.include(size_in_av1_header(units.subspan(at, size)));
-        if (type == frame_header || type == frame) ++largest.pictures;
+        if (type == sequence_header) {
+            sequence = read_av1_sequence(units.subspan(at, size));
+            largest.include(sequence->stated);
+        }
+        if (type == frame_header || type == frame) {
+            ++largest.pictures;
+            if (sequence && states_own_size(units.subspan(at, size), *sequence)) largest.include(sequence->possible);
+        }
         units = units.subspan(at + size);
     }
     return largest;

@@ -176,6 +176,7 @@ inline stored_photo decode_heif(std::span<const std::byte> bytes, decoding_budge
     const std::size_t row = photo.picture.width * channels;
     for (std::size_t y = 0; y < photo.picture.height; ++y)
         std::memcpy(photo.picture.samples.get() + y * row, from + y * static_cast<std::size_t>(stride), row);
+    if (has_alpha && heif_image_handle_is_premultiplied_alpha(primary) != 0) lay_on_white(photo.picture);
     photo.profile = heif_profile(primary);
     for (const std::vector<std::byte>& block : heif_metadata(primary, "Exif", budget, where)) {
         // The first four bytes state how many more bytes to skip.

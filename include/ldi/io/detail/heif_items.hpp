@@ -154,6 +154,7 @@ private:
         const std::span<const std::byte> data = contiguous(item);
         if (data.empty()) broken("a picture without data");
         coded_size size;
+        std::optional<av1_sequence> sequence;
         bool is_configured = false;
         for (const std::size_t index : item.properties) {
             const heif_property& p = boxes_.properties[index];
@@ -165,8 +166,8 @@ private:
                 size.include(size_in_hevc_item(data, (byte_at(p.body, 21) & 3) + 1, units_left_));
             }
             if (p.type == "av1C" && p.body.size() >= 4) {
-                size.include(size_in_av1_units(p.body.subspan(4), units_left_));
-                size.include(size_in_av1_units(data, units_left_));
+                size.include(size_in_av1_units(p.body.subspan(4), units_left_, sequence));
+                size.include(size_in_av1_units(data, units_left_, sequence));
             }
         }
         if (units_left_ == 0)

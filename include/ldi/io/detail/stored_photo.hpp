@@ -5,6 +5,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/io/detail/picture_decoder.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -45,6 +46,17 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
               "memory for " + std::to_string(width) + " x " + std::to_string(height) + " pixels", "too little memory");
     picture.height = height, picture.width = width, picture.channels = channels;
     return picture;
+}
+
+/// Composites RGBA samples on white, and packs them as RGB, in place. Their colors are premultiplied by alpha.
+inline void lay_on_white(decoded_picture<std::uint8_t>& picture) {
+    const std::uint8_t* from = picture.samples.get();
+    std::uint8_t* to = picture.samples.get();
+    for (std::size_t left = picture.height * picture.width; left > 0; --left, from += 4) {
+        const int white = 255 - from[3];
+        for (std::size_t c = 0; c < 3; ++c) *to++ = static_cast<std::uint8_t>((std::min)(from[c] + white, 255));
+    }
+    picture.channels = 3;
 }
 
 /// Raises out_of_memory unless `bytes` bytes can be allocated now. Call it before library functions that report a lack of memory

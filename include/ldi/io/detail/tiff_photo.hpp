@@ -12,6 +12,7 @@
 #include <tiffio.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstdarg>
 #include <cstddef>
 #include <cstdint>
@@ -72,19 +73,6 @@ inline tiff_handle open_tiff(tiff_memory& memory, std::size_t max_block) {
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), tiff_memory::ignore, nullptr);
     return tiff_handle(TIFFClientOpenExt("photo", "rm", &memory, tiff_memory::read, tiff_memory::write, tiff_memory::seek,
                                          tiff_memory::close, tiff_memory::size, nullptr, nullptr, options.get()));
-}
-
-/// Composites libtiff's pixels on white and packs them as RGB, in place. A pixel of libtiff contains red, green, blue and alpha,
-/// starting at the lowest byte. Its colors are premultiplied by alpha.
-inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
-    for (std::size_t i = 0; i < pixels; ++i) {
-        std::uint32_t packed;
-        std::memcpy(&packed, samples + 4 * i, 4);
-        const std::uint32_t paper = 255 - TIFFGetA(packed);
-        const std::uint32_t color[3] = {TIFFGetR(packed), TIFFGetG(packed), TIFFGetB(packed)};
-        for (std::size_t c = 0; c < 3; ++c)
-            samples[3 * i + c] = static_cast<std::uint8_t>((std::min)(color[c] + paper, std::uint32_t{255}));
-    }
 }
 
 /// Whether JPEG data have a progressive frame, whose cost depends on its scans. Time is linear in the bytes.
@@ -246,8 +234,9 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budge
     if (TIFFReadRGBAImageOriented(file.get(), width, height, reinterpret_cast<std::uint32_t*>(samples), ORIENTATION_TOPLEFT, 1) ==
         0)
         opened.broken(where);
-    lay_on_white(samples, std::size_t{width} * height);
-    photo.picture.channels = 3;
+    if constexpr (std::endian::native == std::endian::big)  // libtiff's pixels are numbers with red in the lowest byte
+        for (std::size_t i = 0; i < 4 * std::size_t{width} * height; i += 4) std::reverse(samples + i, samples + i + 4);
+    lay_on_white(photo.picture);
 
     constexpr std::size_t exif_tag = 0x8769, focal_length_tag = 0xA405;
     const tiff_directory directory(bytes);
