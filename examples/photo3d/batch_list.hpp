@@ -194,7 +194,7 @@ private:
             " left out, because they are not files with a photo's extension: " + names);
     }
 
-    /// Opens the next source. Returns an item only if the source can't be read.
+    /// Opens `source_`. Returns nothing, or an item with the error if the source can't be read.
     std::optional<item> open() try {
         std::error_code ignored;
         if (is_standard(source_)) {

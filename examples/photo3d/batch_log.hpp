@@ -48,7 +48,7 @@ inline nlohmann::ordered_json line_error(const failure& what) {
 /// Result of a photo.
 enum class outcome : std::size_t { converted, skipped, failed };
 
-/// Output of a batch. Every function may be called from any thread.
+/// Writes a batch's result lines and its progress. Several threads may use it at the same time.
 class batch_log {
 public:
     /// total  number of photos, if known

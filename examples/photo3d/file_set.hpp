@@ -269,10 +269,10 @@ inline std::vector<file_set::entry> file_set::take_direct() {
     return direct;
 }
 
-/// Restores all old files, and raises the error of one file.
+/// Undoes commit(): restores all old files, removes new and temporary files, and raises the given error.
 ///
-/// failure  error number
-/// at       name of the file that failed
+/// failure  the system's error number
+/// at       file that could not be put in place
 inline void file_set::give_up(int failure, const std::filesystem::path& at) {
     const std::filesystem::path given = at;
     for (const entry& placed : entries_) take_back(placed);

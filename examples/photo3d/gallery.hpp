@@ -21,7 +21,7 @@
 
 namespace ldi::examples {
 
-/// The gallery of a batch. The page refers to files by names relative to the page, so a folder can be moved as a whole.
+/// The gallery page of a batch. Its links are relative, so the page and its files can be moved together.
 class gallery {
 public:
     /// page    the file to write; the constructor makes a folder beside it for small pictures of the photos

@@ -162,7 +162,8 @@ public:
 
     std::size_t bytes() const { return bytes_; }
 
-    /// Waits for more memory. Raises the errors of memory_budget::check().
+    /// Enlarges the share to `bytes` in total, unless it is that large already. Waits until the budget has enough free memory.
+    /// Raises the errors of memory_budget::check().
     void grow(memory_budget& budget, std::size_t bytes, const std::string& name) {
         if (bytes <= bytes_) return;
         budget.check(bytes, name);

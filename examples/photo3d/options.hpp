@@ -35,8 +35,8 @@ inline void describe_compression(CLI::App& app, compression_choice& c) {
         ->capture_default_str();
 }
 
-/// Formats the path of a file or folder of the program's data for help texts. The path is relative in texts that apply to every
-/// machine, such as the manual page.
+/// Formats the path of one of the program's data files or folders for help texts. Callers pass a relative path if the text
+/// applies to every machine, as in the manual page.
 inline std::string shown_place(const std::filesystem::path& place) {
     return place.string() + (place.is_relative() ? " (relative to the program)" : "");
 }

@@ -1,4 +1,4 @@
-// Figures of a run of photo3d: as a table that photo3d prints, and as JSON.
+// Statistics of a run of photo3d, such as stage times and sizes: as a printed table, and as JSON.
 #pragma once
 
 #include "messages.hpp"

@@ -104,7 +104,8 @@ picture layer_picture(const photo_layers& layers, const buffer<std::size_t>& lay
     return p;
 }
 
-/// Draws the atlas by kind of texel, in the colors of the paper's figure.
+/// Draws the kinds of the atlas's texels in the colors of the paper's figure (see texture/padding.hpp). Texels of the photo keep
+/// their colors.
 inline picture kind_picture(const texture_atlas& atlas) {
     picture p = image<std::uint8_t>(atlas.kind.height(), atlas.kind.width(), 3);
     for (std::size_t y = 0; y < p.height(); ++y)

@@ -128,7 +128,8 @@ private:
         return id_of(*document) == id_of(wanted) ? document : std::nullopt;
     }
 
-    /// Returns the document of a photo that was converted or failed permanently. Raises temporary errors.
+    /// Converts a photo, and returns its document. The document contains the error if the conversion failed permanently. Raises
+    /// temporary errors, after which another delivery may succeed.
     nlohmann::ordered_json convert_or_fail(nlohmann::ordered_json document, const std::string& output) {
         try {
             document.update(convert(document["photo"], output));

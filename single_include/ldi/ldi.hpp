@@ -10481,13 +10481,14 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             requested instruction set; must be available (is_available()), else raises invalid_option. If its kernel is
-///                    not exact for this layer, the function packs for a slower set; the result's `target` names the set that was
-///                    used. VNNI and NEON kernels require that all `weight - zero point`, or all their negatives, fit in signed
-///                    bytes. x86 kernels also require a float form of the requantization (find_float_requantization())
+/// target             requested instruction set; raises invalid_option if it is not available (is_available()). If its kernel is
+///                    not exact for this layer, or needs more outputs, packs for a slower set; the result's `target` names the
+///                    set that was used. VNNI and NEON kernels are exact if all differences `weight - zero point`, or all negated
+///                    differences, fit in a signed byte. x86 kernels also require a float form of the requantization
+///                    (find_float_requantization())
 /// weights            outputs x segments x inputs, row-major
 /// weight_zero_point  zero point of the weights
-/// bias               outputs, 1 or more, in units of input scale * weight scale
+/// bias               one value per output, in units of input scale * weight scale; at least one
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
 /// input_zero_point   zero point of the activations
 /// output             constants of the conversion from sums to results
@@ -10867,7 +10868,7 @@ public:
     /// The irregular outputs, ascending.
     array_view<const std::int32_t> irregular() const& { return parts_.irregular; }
     array_view<const std::int32_t> irregular() const&& = delete;
-    /// The window of the irregular output with index i, row by row: pixels, or no_pixel.
+    /// The window of the output irregular()[i], row by row; no_pixel where the window has no pixel.
     std::span<const std::int32_t> window_of(std::size_t i) const& {
         return std::span(parts_.windows).subspan(i * elements(), elements());
     }
@@ -18492,10 +18493,10 @@ public:
     void add_piece(std::int32_t count) {
         if (count > 0) pieces_.push_back({origins_.count(), count, true});
     }
-    /// Adds a new pixel. (x, y) is relative to the photo's first pixel.
+    /// Adds a new pixel at (x, y), relative to the photo's top left pixel.
     ///
     /// border  border pixel whose surface the new pixel continues
-    /// source  old pixel that the new pixel shows
+    /// source  old pixel from which the new pixel takes its color
     void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
         origins_.push_back(source), borders_.push_back(border);
         place(x, y);
@@ -18531,8 +18532,8 @@ public:
 
     /// Returns the new index of each old pixel.
     const buffer<std::int32_t>& new_index() const { return new_index_; }
-    /// For each new pixel: origins() contains the old pixel that it shows, borders() the border pixel whose surface it
-    /// continues.
+    /// For each new pixel: origins() contains the old pixel from which it takes its color, borders() the border pixel whose
+    /// surface it continues.
     const buffer<std::int32_t>& origins() const { return origins_; }
     const buffer<std::int32_t>& borders() const { return borders_; }
 
@@ -19427,7 +19428,7 @@ public:
 
     const buffer<mixture>& mixtures() const { return mixtures_; }
 
-    /// Smooths the estimated shares by diffusion, with `rounds` Gauss-Seidel rounds on each level of the multigrid.
+    /// Smooths the estimated shares by multigrid diffusion, with `rounds` Gauss-Seidel sweeps on each level.
     void smooth(int rounds) {
         diffusion<1> solver;
         solver.start();
@@ -23577,7 +23578,7 @@ struct polygon_conflict {
     buffer<std::int32_t> edges;
 };
 
-/// Triangulates polygons. Keep an object to reuse its memory.
+/// Triangulates polygons. Use one object for many polygons, so that it allocates memory once.
 class triangulator {
 public:
     /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is
@@ -24895,7 +24896,8 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
 }}  // namespace ldi
 
 // ---- ldi/mesh/gather.hpp
-// Transfers a column of a layered image to the vertices of its mesh. Callers use it to output their own columns.
+// Converts a column of a layered image, which has a value per pixel, to values per vertex of its mesh, so that callers can
+// export their own columns with the mesh.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -26120,8 +26122,8 @@ inline image<std::uint8_t> gap_colors(rendering seen) {
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative:
-/// to the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window`, in
-/// the same units and above 0, keep their position in the picture.
+/// to the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window` keep
+/// their position in the picture. `window` is positive, in the same units.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     LDI_ASSERT(window > 0);
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});

@@ -4,7 +4,7 @@
 
 // The service worker caches the HEIC reader after the first photo that needs it. It does not touch other pages and files of the server.
 
-/** Name of the cache. The address distinguishes it from the caches of other copies of the page on the same server. */
+/** Beginning of the names of this page's caches. Other copies of the page on the same server have other scopes. */
 const prefix = `photo3d ${registration.scope} `;
 const version = prefix + "VERSION";
 const files = ["FILES"];

@@ -37,13 +37,14 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             requested instruction set; must be available (is_available()), else raises invalid_option. If its kernel is
-///                    not exact for this layer, the function packs for a slower set; the result's `target` names the set that was
-///                    used. VNNI and NEON kernels require that all `weight - zero point`, or all their negatives, fit in signed
-///                    bytes. x86 kernels also require a float form of the requantization (find_float_requantization())
+/// target             requested instruction set; raises invalid_option if it is not available (is_available()). If its kernel is
+///                    not exact for this layer, or needs more outputs, packs for a slower set; the result's `target` names the
+///                    set that was used. VNNI and NEON kernels are exact if all differences `weight - zero point`, or all negated
+///                    differences, fit in a signed byte. x86 kernels also require a float form of the requantization
+///                    (find_float_requantization())
 /// weights            outputs x segments x inputs, row-major
 /// weight_zero_point  zero point of the weights
-/// bias               outputs, 1 or more, in units of input scale * weight scale
+/// bias               one value per output, in units of input scale * weight scale; at least one
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
 /// input_zero_point   zero point of the activations
 /// output             constants of the conversion from sums to results

@@ -1,4 +1,5 @@
-// Transfers a column of a layered image to the vertices of its mesh. Callers use it to output their own columns.
+// Converts a column of a layered image, which has a value per pixel, to values per vertex of its mesh, so that callers can
+// export their own columns with the mesh.
 #pragma once
 
 #include <ldi/base/array_view.hpp>

@@ -25,7 +25,7 @@ struct polygon_conflict {
     buffer<std::int32_t> edges;
 };
 
-/// Triangulates polygons. Keep an object to reuse its memory.
+/// Triangulates polygons. Use one object for many polygons, so that it allocates memory once.
 class triangulator {
 public:
     /// Triangulates a polygon. Every vertex is used, every edge of `shape` is an edge of a triangle, and no triangle is

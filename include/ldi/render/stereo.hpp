@@ -19,8 +19,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Moves a view by `distance`, in units of the photo's space, to the right along the horizontal axis of its picture (negative:
-/// to the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window`, in
-/// the same units and above 0, keep their position in the picture.
+/// to the left). For a stereo pair, move the view by half the eye distance in each direction. Surfaces at depth `window` keep
+/// their position in the picture. `window` is positive, in the same units.
 inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     LDI_ASSERT(window > 0);
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});

@@ -72,7 +72,7 @@ public:
 
     const buffer<mixture>& mixtures() const { return mixtures_; }
 
-    /// Smooths the estimated shares by diffusion, with `rounds` Gauss-Seidel rounds on each level of the multigrid.
+    /// Smooths the estimated shares by multigrid diffusion, with `rounds` Gauss-Seidel sweeps on each level.
     void smooth(int rounds) {
         diffusion<1> solver;
         solver.start();

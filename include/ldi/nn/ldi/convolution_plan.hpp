@@ -95,7 +95,7 @@ public:
     /// The irregular outputs, ascending.
     array_view<const std::int32_t> irregular() const& { return parts_.irregular; }
     array_view<const std::int32_t> irregular() const&& = delete;
-    /// The window of the irregular output with index i, row by row: pixels, or no_pixel.
+    /// The window of the output irregular()[i], row by row; no_pixel where the window has no pixel.
     std::span<const std::int32_t> window_of(std::size_t i) const& {
         return std::span(parts_.windows).subspan(i * elements(), elements());
     }

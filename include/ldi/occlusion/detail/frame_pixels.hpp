@@ -32,10 +32,10 @@ public:
     void add_piece(std::int32_t count) {
         if (count > 0) pieces_.push_back({origins_.count(), count, true});
     }
-    /// Adds a new pixel. (x, y) is relative to the photo's first pixel.
+    /// Adds a new pixel at (x, y), relative to the photo's top left pixel.
     ///
     /// border  border pixel whose surface the new pixel continues
-    /// source  old pixel that the new pixel shows
+    /// source  old pixel from which the new pixel takes its color
     void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
         origins_.push_back(source), borders_.push_back(border);
         place(x, y);
@@ -71,8 +71,8 @@ public:
 
     /// Returns the new index of each old pixel.
     const buffer<std::int32_t>& new_index() const { return new_index_; }
-    /// For each new pixel: origins() contains the old pixel that it shows, borders() the border pixel whose surface it
-    /// continues.
+    /// For each new pixel: origins() contains the old pixel from which it takes its color, borders() the border pixel whose
+    /// surface it continues.
     const buffer<std::int32_t>& origins() const { return origins_; }
     const buffer<std::int32_t>& borders() const { return borders_; }
 
