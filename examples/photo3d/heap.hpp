@@ -1,14 +1,13 @@
 // Settings of glibc's heap for programs that convert photos. Every stage allocates and frees tens of megabytes.
 #pragma once
 
+#include <ldi/base/memory.hpp>
+
 #include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 
 #if defined(__GLIBC__)
 #include <malloc.h>
-#include <sys/mman.h>
 #include <sys/resource.h>
 #endif
 
@@ -30,13 +29,10 @@ inline void ask_for_large_pages() {
     }
     constexpr int never = 2;
     if (policy == never) return;
-    // Sets the advice on a block that is freed at once; the heap keeps its addresses until it is trimmed.
+    // ldi asks for large pages in large blocks. This block is freed at once; the heap keeps its addresses until it is trimmed.
     constexpr std::size_t bytes = std::size_t{256} << 20;
-    constexpr std::uintptr_t page = 65536;  // or a smaller power of two
-    void* const block = std::malloc(bytes);
-    const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(block) + page - 1) / page * page;
-    if (block != nullptr) ::madvise(reinterpret_cast<void*>(begin), bytes - page, MADV_HUGEPAGE);
-    std::free(block);
+    const memory& system = ldi::detail::system_memory;
+    if (void* const block = system.allocate(system.context, bytes, 64)) system.release(system.context, block, bytes);
 #endif
 }
 
