@@ -29,9 +29,10 @@ inline void ask_for_large_pages() {
     }
     constexpr int never = 2;
     if (policy == never) return;
-    // ldi asks for large pages in large blocks. This block is freed at once; the heap keeps its addresses until it is trimmed.
+    // ldi's allocator asks for large pages in large blocks. This block is freed at once; the heap keeps its addresses until it is
+    // trimmed.
     constexpr std::size_t bytes = std::size_t{256} << 20;
-    const memory& system = ldi::detail::system_memory;
+    const memory& system = current_memory();
     if (void* const block = system.allocate(system.context, bytes, 64)) system.release(system.context, block, bytes);
 #endif
 }
