@@ -48,8 +48,9 @@ function fill(page, marker, content) {
 /** Writes a file under a temporary name and renames it when it is complete. */
 async function write(file, text) {
     await mkdir(dirname(file), { recursive: true });
-    await writeFile(file + ".tmp", text);
-    await rename(file + ".tmp", file);
+    const unfinished = `${file}.${process.pid}.tmp`; // another process may write the same file
+    await writeFile(unfinished, text);
+    await rename(unfinished, file);
     console.log(file);
 }
 

@@ -58,9 +58,13 @@ cp "$top/examples/photo3d/sample.jpg" "$batch/number two & more.jpg"
 head -c 2000 "$top/examples/photo3d/sample.jpg" >"$batch/broken.jpg"
 "$top/build/photo3d/examples/photo3d" --batch "$batch" -o "$top/out/gallery" --gallery "$top/out/gallery/index.html" --size 512 --quiet >/dev/null || true
 
+# Runs both programs at the same time, because browsers often wait.
 rc=0
+with_screen node "$here/element.mjs" >"$top/out/element.log" 2>&1 &
+element=$!
 node "$here/viewer.mjs" | tee "$top/out/viewer.log" || rc=1
-with_screen node "$here/element.mjs" | tee "$top/out/element.log" || rc=1
+wait "$element" || rc=1
+cat "$top/out/element.log"
 cat "$top/out/viewer.log" "$top/out/element.log" |
     awk '/^[0-9]+ passed, [0-9]+ failed$/ { passed += $1; failed += $3 } END { printf "%d passed, %d failed\n", passed, failed }'
 exit "$rc"
