@@ -183,9 +183,21 @@ let [passed, failed] = [0, 0];
 let browser;
 let kind = "";
 
+/** Opens a page. Restarts a browser that opens none: on a busy machine, Firefox once opened none for three minutes. */
+async function newPage() {
+    try {
+        return await browser.newPage();
+    } catch (failure) {
+        console.log(`restarts ${kind}: ${failure.message}`);
+        browser.process().kill("SIGKILL");
+        browser = await startBrowser(kind);
+        return browser.newPage();
+    }
+}
+
 async function test(fact, check) {
     if (onlyWord && !fact.includes(onlyWord)) return;
-    const page = await browser.newPage();
+    const page = await newPage();
     page.setDefaultTimeout(90_000);
     page.errors = [];
     page.on("pageerror", (error) => page.errors.push(error.message));
