@@ -1587,6 +1587,15 @@ public:
     /// time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
+    /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. x(old) and y(old)
+    /// return the new positions, neighbors(s, old) the new neighbors on side `s`; all columns must have the same length.
+    template <class X, class Y, class Neighbors>
+    void replace_columns(detail::unchecked_t, std::int32_t width, std::int32_t height, X&& x, Y&& y, Neighbors&& neighbors) {
+        width_ = width, height_ = height;
+        x_ = x(index_view(x_)), y_ = y(index_view(y_));
+        for (const side s : all_sides) column(s) = neighbors(s, index_view(column(s)));
+    }
+
     /// Returns the finished graph. Raises mismatch if an invariant of `graph` does not hold, even in release builds. After this
     /// error, the builder is unchanged. Linear time.
     [[nodiscard]] graph build() && {
@@ -17571,6 +17580,75 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
 
 }}  // namespace ldi
 
+// ---- ldi/occlusion/detail/merged_pixels.hpp
+// Merges the pixels of a layered image and new pixels into one graph.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Returns the index of each pixel in a merged graph: first of the K old pixels, then of the new ones.
+///
+/// pieces  all pixels, in the order of the merged graph
+inline buffer<std::int32_t> merged_indices(std::span<const grown_piece> pieces, std::int32_t old_count, std::int32_t new_count) {
+    buffer<std::int32_t> result(static_cast<std::size_t>(old_count) + static_cast<std::size_t>(new_count), unset);
+    std::int32_t placed = 0;
+    for (const grown_piece& p : pieces)
+        for (std::int32_t i = 0; i < p.count; ++i) result[p.first + (p.is_new ? old_count : 0) + i] = placed++;
+    return result;
+}
+
+/// Returns the graph of all pixels. Replaces one column of the old graph after another, so that at most one column exists twice.
+///
+/// old, added  the pixels; in links of both graphs, K + i is the new pixel i, where K is the number of old pixels
+/// pieces      all pixels, in the order of the result; each pixel of a piece is the right neighbor of the pixel before it
+/// index       merged_indices()
+/// margin      the lattice grows by this width on each side, and all old pixels move by it. Positions in `added` include it
+inline graph merged_graph(graph_builder old, const graph_builder& added, std::span<const grown_piece> pieces,
+                          const buffer<std::int32_t>& index, std::int32_t margin = 0) {
+    const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : index[pixel]; };
+    // Returns a column of the result. fill(from, count, is_new, to, first) writes the values of a piece to `to`; `from` points to
+    // the values of the piece's pixels in the column of their graph, and `first` is the piece's first index in the result.
+    const auto merged = [&](array_view<const std::int32_t> of_old, array_view<const std::int32_t> of_added, auto&& fill) {
+        buffer<std::int32_t> result(index.size(), unset);
+        std::int32_t first = 0;
+        for (const grown_piece& p : pieces) {
+            if (p.count == 0) continue;
+            fill((p.is_new ? of_added : of_old).data() + p.first, p.count, p.is_new, result.data() + first, first);
+            first += p.count;
+        }
+        return result;
+    };
+    using values = const std::int32_t*;
+    const auto x = [&](values from, std::int32_t count, bool is_new, std::int32_t* to, std::int32_t) {
+        for (std::int32_t i = 0; i < count; ++i) to[i] = *from + (is_new ? 0 : margin) + i;
+    };
+    const auto y = [&](values from, std::int32_t count, bool is_new, std::int32_t* to, std::int32_t) {
+        for (std::int32_t i = 0; i < count; ++i) to[i] = *from + (is_new ? 0 : margin);
+    };
+    const auto vertical = [&](values from, std::int32_t count, bool, std::int32_t* to, std::int32_t) {
+        for (std::int32_t i = 0; i < count; ++i) to[i] = moved(from[i]);
+    };
+    const auto left = [&](values from, std::int32_t count, bool, std::int32_t* to, std::int32_t first) {
+        to[0] = moved(from[0]);
+        for (std::int32_t i = 1; i < count; ++i) to[i] = first + i - 1;
+    };
+    const auto right = [&](values from, std::int32_t count, bool, std::int32_t* to, std::int32_t first) {
+        for (std::int32_t i = 0; i + 1 < count; ++i) to[i] = first + i + 1;
+        to[count - 1] = moved(from[count - 1]);
+    };
+    using view = array_view<const std::int32_t>;
+    old.replace_columns(
+        unchecked, old.width() + 2 * margin, old.height() + 2 * margin, [&](view from) { return merged(from, added.x(), x); },
+        [&](view from) { return merged(from, added.y(), y); },
+        [&](side s, view from) {
+            if (s == side::left) return merged(from, added.left(), left);
+            if (s == side::right) return merged(from, added.right(), right);
+            return merged(from, added.neighbors(s), vertical);
+        });
+    return std::move(old).build(unchecked);
+}
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/occlusion/detail/hidden_pixels.hpp
 // Pixels added behind a single layer while it grows. Storage is separate from the layer, so that the cost of growth depends
 // only on the number of new pixels. At the end, one pass merges both into canonical order.
@@ -17653,27 +17731,8 @@ public:
         newest_ = {}, older_ = {};
         grown_pixels result;
         result.pieces = order();
-        buffer<std::int32_t> new_index(base_.size() + hidden_.size(), unset);
-        std::int32_t placed = 0;
-        for (const grown_piece& p : result.pieces)
-            for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
-
-        graph_builder g(base_.width(), base_.height(), new_index.size(), unset);
-        const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[pixel]; };
-        std::int32_t to = 0;
-        for (const grown_piece& p : result.pieces) {
-            const graph_builder& from = p.is_new ? hidden_ : base_;
-            const std::int32_t x = from.x()[p.first], y = from.y()[p.first];
-            for (std::int32_t i = 0; i < p.count; ++i) {
-                g.set_position(to + i, x + i, y);
-                g.set_neighbor(to + i, side::left, to + i - 1), g.set_neighbor(to + i, side::right, to + i + 1);
-                for (const side s : {side::up, side::down}) g.set_neighbor(to + i, s, moved(from.neighbor(p.first + i, s)));
-            }
-            g.set_neighbor(to, side::left, moved(from.left()[p.first]));
-            g.set_neighbor(to + p.count - 1, side::right, moved(from.right()[p.first + p.count - 1]));
-            to += p.count;
-        }
-        result.topology = std::move(g).build(unchecked);
+        const buffer<std::int32_t> index = merged_indices(result.pieces, base_count_, hidden_.count());
+        result.topology = merged_graph(std::move(base_), hidden_, result.pieces, index);
         result.origins = std::move(origin_);
         base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
@@ -18474,63 +18533,45 @@ struct border_side {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// Pixel indices are those before the continuation, up to the number of old pixels K; K + i is the new pixel i.
 class frame_pixels {
 public:
     frame_pixels() = default;
     /// old     graph of the layered image before its continuation
     /// margin  width of the new lattice's margin on each side
-    /// count   number of old and new pixels
-    frame_pixels(const graph_view& old, std::int32_t margin, std::size_t count)
-        : old_(old),
-          margin_(margin),
-          new_index_(old.size(), unset),
-          result_(old.width() + 2 * margin, old.height() + 2 * margin, count, unset) {}
+    frame_pixels(const graph_view& old, std::int32_t margin)
+        : old_count_(old.count()), margin_(margin), added_(old.width() + 2 * margin, old.height() + 2 * margin) {}
 
-    /// New index of the next pixel.
-    std::int32_t next() const { return next_; }
-
-    /// Starts a contiguous range of `count` new pixels.
+    /// Starts a contiguous range of `count` new pixels, each the right neighbor of the pixel before it.
     void add_piece(std::int32_t count) {
-        if (count > 0) pieces_.push_back({origins_.count(), count, true});
+        if (count > 0) pieces_.push_back({added_.count(), count, true});
     }
-    /// Adds a new pixel at (x, y), relative to the photo's top left pixel.
+    /// Adds a new pixel at (x, y), relative to the photo's top left pixel, and returns its index.
     ///
     /// border  border pixel whose surface the new pixel continues
     /// source  old pixel from which the new pixel takes its color
-    void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
+    std::int32_t add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
         origins_.push_back(source), borders_.push_back(border);
-        place(x, y);
+        return old_count_ + added_.add_pixel(x + margin_, y + margin_);
     }
-    /// Adds the old pixels from `first` to `last`, which are one run of row `y`.
-    void add_old(std::int32_t first, std::int32_t last, std::int32_t y) {
-        pieces_.push_back({first, last - first + 1, false});
-        for (std::int32_t i = first; i <= last; ++i) {
-            new_index_[i] = next_;
-            place(old_.x()[i], y);
-        }
-    }
-    /// Links all pixels from `begin` on as one run.
-    void link_row(std::int32_t begin) {
-        for (std::int32_t i = begin; i < next_; ++i)
-            result_.set_neighbor(i, side::left, i - 1), result_.set_neighbor(i, side::right, i + 1);
-        result_.set_neighbor(begin, side::left, no_pixel), result_.set_neighbor(next_ - 1, side::right, no_pixel);
-    }
-    void link_down(std::int32_t upper, std::int32_t lower) {
-        result_.set_neighbor(upper, side::down, lower), result_.set_neighbor(lower, side::up, upper);
+    /// Adds the old pixels from `first` to `last`, which are one run.
+    void add_old(std::int32_t first, std::int32_t last) { pieces_.push_back({first, last - first + 1, false}); }
+
+    /// Links two pixels of different pieces.
+    ///
+    /// b  one step from `a` toward `s`
+    void link(std::int32_t a, side s, std::int32_t b) { set_neighbor(a, s, b), set_neighbor(b, opposite(s), a); }
+
+    /// Merges all pixels. Call it after all pixels have been added.
+    ///
+    /// old  the layered image's graph
+    grown_pixels finish(graph_builder old) {
+        for (const end& e : ends_) old.set_neighbor(e.pixel, e.toward, e.neighbor);
+        new_index_ = merged_indices(pieces_, old_count_, added_.count());
+        return {merged_graph(std::move(old), added_, pieces_, new_index_, margin_), std::move(pieces_), origins_};
     }
 
-    /// Restores the vertical links between old pixels and returns the result. Call it after all pixels have been added.
-    grown_pixels finish() {
-        LDI_ASSERT(next_ == result_.count());
-        for (const side s : {side::up, side::down}) {
-            const array_view<const std::int32_t> from = old_.neighbors(s);
-            for (std::int32_t i = 0; i < old_.count(); ++i)
-                if (from[i] != no_pixel) result_.set_neighbor(new_index_[i], s, new_index_[from[i]]);
-        }
-        return {std::move(result_).build(unchecked), std::move(pieces_), origins_};
-    }
-
-    /// Returns the new index of each old pixel.
+    /// Returns the index of each pixel in the result.
     const buffer<std::int32_t>& new_index() const { return new_index_; }
     /// For each new pixel: origins() contains the old pixel from which it takes its color, borders() the border pixel whose
     /// surface it continues.
@@ -18538,16 +18579,22 @@ public:
     const buffer<std::int32_t>& borders() const { return borders_; }
 
 private:
-    void place(std::int32_t x, std::int32_t y) {
-        result_.set_position(next_, x + margin_, y + margin_);
-        result_.set_neighbor(next_, side::up, no_pixel), result_.set_neighbor(next_, side::down, no_pixel);
-        ++next_;
+    /// A link from an old pixel. The old graph gets these links last, because paths into the photo must not leave it.
+    struct end {
+        std::int32_t pixel, neighbor;
+        side toward;
+    };
+    void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) {
+        if (pixel < old_count_)
+            ends_.push_back({pixel, neighbor, s});
+        else
+            added_.set_neighbor(pixel - old_count_, s, neighbor);
     }
 
-    graph_view old_;
-    std::int32_t margin_ = 0, next_ = 0;
+    std::int32_t old_count_ = 0, margin_ = 0;
+    graph_builder added_{0, 0};
+    buffer<end> ends_;
     buffer<std::int32_t> new_index_;
-    graph_builder result_{0, 0};
     buffer<grown_piece> pieces_;
     buffer<std::int32_t> origins_, borders_;  // one per new pixel
 };
@@ -18609,27 +18656,25 @@ public:
         return total;
     }
 
-    grown_pixels run() {
-        pixels_ = frame_pixels(graph_, margin_, static_cast<std::size_t>(count()));
+    /// old  the graph of the constructor
+    grown_pixels run(graph_builder old) {
+        pixels_ = frame_pixels(graph_, margin_);
         const std::int32_t last = graph_.height() - 1;
         left_strips_.resize(left_.pixels.size()), right_strips_.resize(right_.pixels.size());
         buffer<line> lines;
+        buffer<std::int32_t> row;
         for (std::int32_t y = 0; y <= last; ++y) {
             find_lines(y, lines);
             buffer<std::int32_t> above;
             if (y == 0) above = add_outer_rows(lines, side::up, {});
-            const std::int32_t begin = pixels_.next();
-            add_row(lines, y);
+            add_row(lines, y, row);
             for (std::int32_t c = 0; c < above.count(); ++c)
-                if (above[c] != no_pixel) pixels_.link_down(above[c], begin + c);
-            if (y < last) continue;
-            buffer<std::int32_t> row(static_cast<std::size_t>(pixels_.next() - begin), unset);
-            std::iota(row.begin(), row.end(), begin);
-            add_outer_rows(lines, side::down, std::move(row));
+                if (above[c] != no_pixel) pixels_.link(above[c], side::down, row[c]);
+            if (y == last) add_outer_rows(lines, side::down, std::move(row));
         }
         for (const border_side* b : {&left_, &right_, &top_, &bottom_})
             for (const std::int32_t pixel : b->pixels) repaint_rim(*b, pixel);
-        return pixels_.finish();
+        return pixels_.finish(std::move(old));
     }
 
     /// An old pixel, and the pixel whose color it gets.
@@ -18656,7 +18701,7 @@ private:
     };
     /// The new pixels beside a border pixel, in its row.
     struct strip {
-        std::int32_t nearest = 0, count = 0;  ///< nearest: new index of the pixel next to the border pixel
+        std::int32_t nearest = 0, count = 0;  ///< nearest: the pixel next to the border pixel
     };
 
     std::int32_t left_of(const pixel_run& r) const { return graph_.x()[r.first] == 0 ? left_.reach[left_.find(r.first)] : 0; }
@@ -18689,43 +18734,44 @@ private:
         }
     }
 
-    void add_row(const buffer<line>& lines, std::int32_t y) {
+    /// Adds row y, and sets `row` to its pixels.
+    void add_row(const buffer<line>& lines, std::int32_t y, buffer<std::int32_t>& row) {
+        row.clear();
         for (const line& l : lines) {
-            const std::int32_t begin = pixels_.next();
             left_.find_shown(l.first, l.left, shown_left_), right_.find_shown(l.last, l.right, shown_right_);
             pixels_.add_piece(l.left);
-            for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, shown_left_[k - 1]);
-            if (l.left > 0) link_strip(l.first, {pixels_.next() - 1, l.left}, -1, left_, left_strips_);
-            pixels_.add_old(l.first, l.last, y);
+            for (std::int32_t k = l.left; k > 0; --k) row.push_back(pixels_.add_new(-k, y, l.first, shown_left_[k - 1]));
+            if (l.left > 0) link_strip(l.first, {row.back(), l.left}, -1, left_, left_strips_);
+            pixels_.add_old(l.first, l.last);
+            for (std::int32_t i = l.first; i <= l.last; ++i) row.push_back(i);
             pixels_.add_piece(l.right);
-            const std::int32_t nearest = pixels_.next();
-            for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]);
-            if (l.right > 0) link_strip(l.last, {nearest, l.right}, 1, right_, right_strips_);
-            pixels_.link_row(begin);
+            for (std::int32_t k = 1; k <= l.right; ++k)
+                row.push_back(pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]));
+            if (l.right > 0) link_strip(l.last, {row.back() - l.right + 1, l.right}, 1, right_, right_strips_);
         }
     }
 
-    /// Stores a border pixel's strip in `strips`, and links it to the strip of the border pixel above, as far as both strips
-    /// reach.
+    /// Stores a border pixel's strip in `strips`, and links it to the border pixel, and to the strip of the border pixel above,
+    /// as far as both strips reach.
     ///
     /// step    difference in index to the next pixel outward: -1 or 1
     /// from    the side of the border pixel
     /// strips  the strips of this side's border pixels
     void link_strip(std::int32_t border, strip s, std::int32_t step, const border_side& from, buffer<strip>& strips) {
         strips[from.find(border)] = s;
+        pixels_.link(border, step < 0 ? side::left : side::right, s.nearest);
         const std::int32_t above = graph_.up()[border];
         if (above == no_pixel) return;
         const strip other = strips[from.find(above)];
         for (std::int32_t k = 0; k < (std::min)(s.count, other.count); ++k)
-            pixels_.link_down(other.nearest + k * step, s.nearest + k * step);
+            pixels_.link(other.nearest + k * step, side::down, s.nearest + k * step);
     }
 
     /// Adds the rows of new pixels above the photo, or those below it.
     ///
-    /// beside  for rows below: the new index of the pixel that each column continues; empty for rows above
+    /// beside  for rows below: the pixel that each column continues; empty for rows above
     ///
-    /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
-    /// pixels.
+    /// For rows above, returns each column's pixel next to the photo, or no_pixel for a column without new pixels.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outward, buffer<std::int32_t> beside) {
         const border_side& from = outward == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
@@ -18747,16 +18793,12 @@ private:
             std::fill(row.begin(), row.end(), no_pixel);
             find_runs(distance, columns, runs);
             for (const auto& [first, last] : runs) {
-                const std::int32_t begin = pixels_.next();
                 pixels_.add_piece(last - first);
-                for (std::int32_t c = first; c < last; ++c) {
-                    row[c] = pixels_.next();
-                    pixels_.add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
-                }
-                pixels_.link_row(begin);
+                for (std::int32_t c = first; c < last; ++c)
+                    row[c] = pixels_.add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
             }
             for (std::int32_t c = 0; c < columns.count(); ++c)
-                if (beside[c] != no_pixel && row[c] != no_pixel) pixels_.link_down(beside[c], row[c]);
+                if (beside[c] != no_pixel && row[c] != no_pixel) pixels_.link(beside[c], side::down, row[c]);
             std::swap(beside, row);
         }
         return beside;
@@ -18920,7 +18962,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
     constexpr float too_far = 32768.0F;  // a lattice with a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const graph old = std::move(base).build(detail::unchecked);
+        graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {
             const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
             return static_cast<std::int32_t>((std::min)(pixels, too_far));
@@ -18932,7 +18974,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         if (growth->count() > limit || width * height > limit)
             raise(error_code::too_large, "grow_past_frame", "fewer than 2^31 pixels",
                   std::to_string(width) + " x " + std::to_string(height));
-        return growth->run();
+        return growth->run(graph_builder(std::move(old)));
     });
     const auto copy_color = [&](std::int32_t from, std::int32_t to) {
         const auto shown = layers.template at<color_column>(from);

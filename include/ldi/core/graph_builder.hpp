@@ -94,6 +94,15 @@ public:
     /// time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
+    /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. x(old) and y(old)
+    /// return the new positions, neighbors(s, old) the new neighbors on side `s`; all columns must have the same length.
+    template <class X, class Y, class Neighbors>
+    void replace_columns(detail::unchecked_t, std::int32_t width, std::int32_t height, X&& x, Y&& y, Neighbors&& neighbors) {
+        width_ = width, height_ = height;
+        x_ = x(index_view(x_)), y_ = y(index_view(y_));
+        for (const side s : all_sides) column(s) = neighbors(s, index_view(column(s)));
+    }
+
     /// Returns the finished graph. Raises mismatch if an invariant of `graph` does not hold, even in release builds. After this
     /// error, the builder is unchanged. Linear time.
     [[nodiscard]] graph build() && {

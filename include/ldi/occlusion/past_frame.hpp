@@ -126,7 +126,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
     constexpr float too_far = 32768.0F;  // a lattice with a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const graph old = std::move(base).build(detail::unchecked);
+        graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {
             const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
             return static_cast<std::int32_t>((std::min)(pixels, too_far));
@@ -138,7 +138,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         if (growth->count() > limit || width * height > limit)
             raise(error_code::too_large, "grow_past_frame", "fewer than 2^31 pixels",
                   std::to_string(width) + " x " + std::to_string(height));
-        return growth->run();
+        return growth->run(graph_builder(std::move(old)));
     });
     const auto copy_color = [&](std::int32_t from, std::int32_t to) {
         const auto shown = layers.template at<color_column>(from);

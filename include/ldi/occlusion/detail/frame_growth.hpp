@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -68,27 +67,25 @@ public:
         return total;
     }
 
-    grown_pixels run() {
-        pixels_ = frame_pixels(graph_, margin_, static_cast<std::size_t>(count()));
+    /// old  the graph of the constructor
+    grown_pixels run(graph_builder old) {
+        pixels_ = frame_pixels(graph_, margin_);
         const std::int32_t last = graph_.height() - 1;
         left_strips_.resize(left_.pixels.size()), right_strips_.resize(right_.pixels.size());
         buffer<line> lines;
+        buffer<std::int32_t> row;
         for (std::int32_t y = 0; y <= last; ++y) {
             find_lines(y, lines);
             buffer<std::int32_t> above;
             if (y == 0) above = add_outer_rows(lines, side::up, {});
-            const std::int32_t begin = pixels_.next();
-            add_row(lines, y);
+            add_row(lines, y, row);
             for (std::int32_t c = 0; c < above.count(); ++c)
-                if (above[c] != no_pixel) pixels_.link_down(above[c], begin + c);
-            if (y < last) continue;
-            buffer<std::int32_t> row(static_cast<std::size_t>(pixels_.next() - begin), unset);
-            std::iota(row.begin(), row.end(), begin);
-            add_outer_rows(lines, side::down, std::move(row));
+                if (above[c] != no_pixel) pixels_.link(above[c], side::down, row[c]);
+            if (y == last) add_outer_rows(lines, side::down, std::move(row));
         }
         for (const border_side* b : {&left_, &right_, &top_, &bottom_})
             for (const std::int32_t pixel : b->pixels) repaint_rim(*b, pixel);
-        return pixels_.finish();
+        return pixels_.finish(std::move(old));
     }
 
     /// An old pixel, and the pixel whose color it gets.
@@ -115,7 +112,7 @@ private:
     };
     /// The new pixels beside a border pixel, in its row.
     struct strip {
-        std::int32_t nearest = 0, count = 0;  ///< nearest: new index of the pixel next to the border pixel
+        std::int32_t nearest = 0, count = 0;  ///< nearest: the pixel next to the border pixel
     };
 
     std::int32_t left_of(const pixel_run& r) const { return graph_.x()[r.first] == 0 ? left_.reach[left_.find(r.first)] : 0; }
@@ -148,43 +145,44 @@ private:
         }
     }
 
-    void add_row(const buffer<line>& lines, std::int32_t y) {
+    /// Adds row y, and sets `row` to its pixels.
+    void add_row(const buffer<line>& lines, std::int32_t y, buffer<std::int32_t>& row) {
+        row.clear();
         for (const line& l : lines) {
-            const std::int32_t begin = pixels_.next();
             left_.find_shown(l.first, l.left, shown_left_), right_.find_shown(l.last, l.right, shown_right_);
             pixels_.add_piece(l.left);
-            for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, shown_left_[k - 1]);
-            if (l.left > 0) link_strip(l.first, {pixels_.next() - 1, l.left}, -1, left_, left_strips_);
-            pixels_.add_old(l.first, l.last, y);
+            for (std::int32_t k = l.left; k > 0; --k) row.push_back(pixels_.add_new(-k, y, l.first, shown_left_[k - 1]));
+            if (l.left > 0) link_strip(l.first, {row.back(), l.left}, -1, left_, left_strips_);
+            pixels_.add_old(l.first, l.last);
+            for (std::int32_t i = l.first; i <= l.last; ++i) row.push_back(i);
             pixels_.add_piece(l.right);
-            const std::int32_t nearest = pixels_.next();
-            for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]);
-            if (l.right > 0) link_strip(l.last, {nearest, l.right}, 1, right_, right_strips_);
-            pixels_.link_row(begin);
+            for (std::int32_t k = 1; k <= l.right; ++k)
+                row.push_back(pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]));
+            if (l.right > 0) link_strip(l.last, {row.back() - l.right + 1, l.right}, 1, right_, right_strips_);
         }
     }
 
-    /// Stores a border pixel's strip in `strips`, and links it to the strip of the border pixel above, as far as both strips
-    /// reach.
+    /// Stores a border pixel's strip in `strips`, and links it to the border pixel, and to the strip of the border pixel above,
+    /// as far as both strips reach.
     ///
     /// step    difference in index to the next pixel outward: -1 or 1
     /// from    the side of the border pixel
     /// strips  the strips of this side's border pixels
     void link_strip(std::int32_t border, strip s, std::int32_t step, const border_side& from, buffer<strip>& strips) {
         strips[from.find(border)] = s;
+        pixels_.link(border, step < 0 ? side::left : side::right, s.nearest);
         const std::int32_t above = graph_.up()[border];
         if (above == no_pixel) return;
         const strip other = strips[from.find(above)];
         for (std::int32_t k = 0; k < (std::min)(s.count, other.count); ++k)
-            pixels_.link_down(other.nearest + k * step, s.nearest + k * step);
+            pixels_.link(other.nearest + k * step, side::down, s.nearest + k * step);
     }
 
     /// Adds the rows of new pixels above the photo, or those below it.
     ///
-    /// beside  for rows below: the new index of the pixel that each column continues; empty for rows above
+    /// beside  for rows below: the pixel that each column continues; empty for rows above
     ///
-    /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
-    /// pixels.
+    /// For rows above, returns each column's pixel next to the photo, or no_pixel for a column without new pixels.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outward, buffer<std::int32_t> beside) {
         const border_side& from = outward == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
@@ -206,16 +204,12 @@ private:
             std::fill(row.begin(), row.end(), no_pixel);
             find_runs(distance, columns, runs);
             for (const auto& [first, last] : runs) {
-                const std::int32_t begin = pixels_.next();
                 pixels_.add_piece(last - first);
-                for (std::int32_t c = first; c < last; ++c) {
-                    row[c] = pixels_.next();
-                    pixels_.add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
-                }
-                pixels_.link_row(begin);
+                for (std::int32_t c = first; c < last; ++c)
+                    row[c] = pixels_.add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
             }
             for (std::int32_t c = 0; c < columns.count(); ++c)
-                if (beside[c] != no_pixel && row[c] != no_pixel) pixels_.link_down(beside[c], row[c]);
+                if (beside[c] != no_pixel && row[c] != no_pixel) pixels_.link(beside[c], side::down, row[c]);
             std::swap(beside, row);
         }
         return beside;

@@ -7,6 +7,7 @@
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/occlusion/detail/merged_pixels.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -92,27 +93,8 @@ public:
         newest_ = {}, older_ = {};
         grown_pixels result;
         result.pieces = order();
-        buffer<std::int32_t> new_index(base_.size() + hidden_.size(), unset);
-        std::int32_t placed = 0;
-        for (const grown_piece& p : result.pieces)
-            for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
-
-        graph_builder g(base_.width(), base_.height(), new_index.size(), unset);
-        const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[pixel]; };
-        std::int32_t to = 0;
-        for (const grown_piece& p : result.pieces) {
-            const graph_builder& from = p.is_new ? hidden_ : base_;
-            const std::int32_t x = from.x()[p.first], y = from.y()[p.first];
-            for (std::int32_t i = 0; i < p.count; ++i) {
-                g.set_position(to + i, x + i, y);
-                g.set_neighbor(to + i, side::left, to + i - 1), g.set_neighbor(to + i, side::right, to + i + 1);
-                for (const side s : {side::up, side::down}) g.set_neighbor(to + i, s, moved(from.neighbor(p.first + i, s)));
-            }
-            g.set_neighbor(to, side::left, moved(from.left()[p.first]));
-            g.set_neighbor(to + p.count - 1, side::right, moved(from.right()[p.first + p.count - 1]));
-            to += p.count;
-        }
-        result.topology = std::move(g).build(unchecked);
+        const buffer<std::int32_t> index = merged_indices(result.pieces, base_count_, hidden_.count());
+        result.topology = merged_graph(std::move(base_), hidden_, result.pieces, index);
         result.origins = std::move(origin_);
         base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
