@@ -15,7 +15,7 @@ python=/usr/bin/python3
 
 # shellcheck source=scripts/requirements.sh
 source "$root/scripts/requirements.sh"
-require "${needs_weight_files[@]}" "${needs_peers[@]}" "header stb/stb_image.h;libstb-dev" "header nlohmann/json.hpp;nlohmann-json3-dev" >&2
+require "${needs_weight_files[@]}" "${needs_peers[@]}" "header stb/stb_image.h;libstb-dev" "header zlib.h;zlib1g-dev" "header nlohmann/json.hpp;nlohmann-json3-dev" >&2
 
 mkdir -p "$PEERS_OUT"
 cp "$here/quantized_network.mjs" "$PEERS_OUT/"
@@ -33,7 +33,7 @@ if [[ -d $published ]]; then
 fi
 "$python" "$here/quantized_network.py" model "$PEERS_OUT" "$weights"
 "${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -DLDI_SHARED_DIR="\"$root/../shared\"" -DLDI_SOURCE_DIR="\"$root\"" \
-    "$root/bench/peers/tiefenrausch.cpp" -lbenchmark_main -lbenchmark -lpthread -o "$PEERS_OUT/ours"
+    "$root/bench/peers/tiefenrausch.cpp" -lbenchmark_main -lbenchmark -lpthread -lz -o "$PEERS_OUT/ours"
 
 processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one in our affinity mask
 pinned() { taskset -c "$processor" "$@"; }
