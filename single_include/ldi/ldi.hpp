@@ -1587,8 +1587,13 @@ public:
     /// time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. x(old) and y(old)
-    /// return the new positions, neighbors(s, old) the new neighbors on side `s`; all columns must have the same length.
+    /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. The caller
+    /// guarantees columns of equal length and the invariants of `graph`. If a callable throws, the builder must not be used
+    /// again.
+    ///
+    /// width, height  size of the new lattice
+    /// x, y           x(old) and y(old) return the new positions, K' each; `old` is the column that they replace
+    /// neighbors      neighbors(s, old) returns the new neighbors on side `s`, K' indices or no_pixel
     template <class X, class Y, class Neighbors>
     void replace_columns(detail::unchecked_t, std::int32_t width, std::int32_t height, X&& x, Y&& y, Neighbors&& neighbors) {
         width_ = width, height_ = height;
