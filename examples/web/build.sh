@@ -23,7 +23,9 @@ compile() {
     if [ -f "$made" ] && [ -z "$(find "${sources[@]}" -newer "$made" -print -quit)" ]; then
         return
     fi
-    em++ -std=c++20 -O2 -DNDEBUG -msimd128 -fwasm-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow \
+    # -unroll-runtime=false saves 13 kB of the compressed converter, at the same speed.
+    em++ -std=c++20 -O2 -mllvm -unroll-runtime=false -DNDEBUG -msimd128 -fwasm-exceptions -fno-rtti \
+        -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow \
         -DLDI_WITH_PUGIXML -DPUGIXML_NO_XPATH -DPUGIXML_NO_EXCEPTIONS -I"$top/include" -isystem "$build/headers" -isystem "$libraries/include" \
         "$here/$2" -L"$libraries/lib" -o "$build/$1.js" \
         --no-entry -sENVIRONMENT=worker -sFILESYSTEM=0 -sMODULARIZE=1 -sALLOW_MEMORY_GROWTH=1 \

@@ -335,7 +335,7 @@ public:
     static void* operator new(std::size_t) = delete;
 
 private:
-    const memory* from_;
+    [[maybe_unused]] const memory* from_;  // read by an assertion
     const memory* before_;
 };
 
