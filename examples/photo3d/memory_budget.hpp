@@ -221,7 +221,7 @@ private:
     /// Adds a quarter, for gaps between blocks and for allocations elsewhere, such as files being encoded (measured: 16 %).
     static std::size_t charge(std::size_t bytes) { return bytes + bytes / 4; }
 
-    const memory& below_ = current_memory();
+    const memory& below_ = program_memory();
     memory_share& share_;
     std::size_t used_;
     bool was_refused_ = false;

@@ -227,6 +227,7 @@ int run_program(int count, char** values) {
 
 int main(int count, char** values) {
     prepare_heap();
+    const ldi::memory_scope scope(program_memory());
     spare_memory::reserve();
     prepare_standard_streams();
     try {
