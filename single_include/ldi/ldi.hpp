@@ -12117,6 +12117,11 @@ public:
     /// The pixels, ascending.
     array_view<const std::int32_t> pixels() const& { return pixels_; }
     array_view<const std::int32_t> pixels() const&& = delete;  // the values would be destroyed with the subset
+    /// Returns the pixels, and leaves the subset empty.
+    buffer<std::int32_t> take_pixels() && {
+        row_of_ = {};
+        return std::move(pixels_);
+    }
     /// Per pixel of the graph: its index in pixels(), or no_pixel.
     array_view<const std::int32_t> row_of() const& { return row_of_; }
     array_view<const std::int32_t> row_of() const&& = delete;
@@ -14026,7 +14031,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = read.pixels().copy(), levels[0].decoded = decoded[0].pixels().copy();
+    levels[0].read = std::move(read).take_pixels(), levels[0].decoded = std::move(decoded[0]).take_pixels();
     return levels;
 }
 
@@ -14226,14 +14231,16 @@ public:
                     levels_[i].average_coarse, threads_, [&](std::int32_t p) noexcept { return known[i][p]; }, store);
             levels_[i].average_coarse = {};
         }
-        masked_colors fill = known[depth];
-        spread(fill, levels_[depth].average, known[depth], growth_);
+        masked_colors fill = std::move(known[depth]);
+        spread(fill, levels_[depth].average, unknown_pixels(fill), growth_);
         masked_colors tone = fill;
         for (std::size_t i = depth - 1; i > 0; --i) {
-            fill = from_above(fill, levels_[i].above, known[i]);
-            spread(fill, levels_[i].average, known[i], 2 << i);
             tone = average_from_above(tone, i, known[i]);
-            known[i] = {}, levels_[i].average = {}, levels_[i].above = {};
+            const buffer<std::int32_t> unknown = unknown_pixels(known[i]);
+            fill_from_above(known[i], unknown, fill, levels_[i].above);
+            fill = std::move(known[i]);
+            spread(fill, levels_[i].average, unknown, 2 << i);
+            levels_[i].average = {}, levels_[i].above = {};
         }
         return finest(std::move(fill), tone, convert);
     }
@@ -14245,22 +14252,25 @@ private:
         return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
     }
 
-    /// Returns the known colors, and for unknown pixels the color of the parent.
-    masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
-        masked_colors result = known;
-        parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i)
-                if (const std::int32_t p = static_cast<std::int32_t>(i); !known.has(p) && above[i] != no_pixel)
-                    result.set(p, coarse[above[i]]);
-        });
+    /// Returns the pixels without a color, ascending.
+    static buffer<std::int32_t> unknown_pixels(const masked_colors& colors) {
+        buffer<std::int32_t> result;
+        for (std::int32_t i = 0; i < colors.count(); ++i)
+            if (!colors.has(i)) result.push_back(i);
         return result;
     }
 
+    /// Gives each unknown pixel the color of its parent.
+    void fill_from_above(masked_colors& colors, const buffer<std::int32_t>& unknown, const masked_colors& coarse,
+                         const buffer<std::int32_t>& above) const {
+        parallel_for(threads_, unknown.size(), 4096, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i)
+                if (above[unknown[i]] != no_pixel) colors.set(unknown[i], coarse[above[unknown[i]]]);
+        });
+    }
+
     /// Replaces each unknown color with the average of its window, `passes` times.
-    void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
-        buffer<std::int32_t> unknown;
-        for (std::int32_t i = 0; i < known.count(); ++i)
-            if (!known.has(i)) unknown.push_back(i);
+    void spread(masked_colors& colors, const convolution_plan& windows, const buffer<std::int32_t>& unknown, int passes) {
         const convolution_plan unknown_windows = restrict_and_renumber(windows, unknown);
         masked_colors next(unknown.size());
         for (int pass = 0; pass < passes; ++pass) {
@@ -19952,44 +19962,40 @@ inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
     return result;
 }
 
-/// Blurs colors, three channels each, with a binomial filter over links, first along x, then along y. The cell itself replaces a
-/// missing neighbor.
+/// Blurs one channel of colors with a binomial filter over links, first along x, then along y. The cell itself replaces a missing
+/// neighbor.
 class cell_blur {
 public:
     explicit cell_blur(const texture_cells& cells) : cells_(cells), stretches_(find_stretches(cells)) {}
 
-    /// Returns 16 times the blurred colors.
+    /// Returns 16 times the blurred values.
     template <class To, class From>
-    buffer<To> operator()(const buffer<From>& colors) const {
-        const buffer<To> across = blur_across<To>(colors);
-        buffer<To> result(colors.size(), unset);
+    buffer<To> operator()(const buffer<From>& values) const {
+        const buffer<To> across = blur_across<To>(values);
+        buffer<To> result(values.size(), unset);
         for (const cell_stretch& s : stretches_) {
-            const To *const middle = across.data() + 3 * std::ptrdiff_t{s.first},
-                            *const above = middle + 3 * std::ptrdiff_t{s.above},
-                            *const below = middle + 3 * std::ptrdiff_t{s.below};
-            To* const to = result.data() + 3 * std::ptrdiff_t{s.first};
-            for (std::ptrdiff_t i = 0; i < 3 * std::ptrdiff_t{s.count}; ++i)
-                to[i] = static_cast<To>(2U * middle[i] + above[i] + below[i]);
+            const To *const middle = across.data() + s.first, *const above = middle + s.above, *const below = middle + s.below;
+            To* const to = result.data() + s.first;
+            for (std::int32_t i = 0; i < s.count; ++i) to[i] = static_cast<To>(2U * middle[i] + above[i] + below[i]);
         }
         return result;
     }
 
 private:
     template <class To, class From>
-    buffer<To> blur_across(const buffer<From>& colors) const {
-        buffer<To> result(colors.size(), unset);
+    buffer<To> blur_across(const buffer<From>& values) const {
+        buffer<To> result(values.size(), unset);
         for (const cell_stretch& s : stretches_) {
-            const std::ptrdiff_t begin = 3 * std::ptrdiff_t{s.first}, end = begin + 3 * std::ptrdiff_t{s.count};
-            const std::ptrdiff_t left = cells_.left_steps[s.first] > 0 ? -3 : 0;
-            const std::ptrdiff_t right = cells_.right_steps[s.first + s.count - 1] > 0 ? 3 : 0;
-            const From* const from = colors.data();
+            const std::int32_t last = s.first + s.count - 1;
+            const std::int32_t left = cells_.left_steps[s.first] > 0 ? -1 : 0, right = cells_.right_steps[last] > 0 ? 1 : 0;
+            const From* const from = values.data();
             To* const to = result.data();
-            const auto blur = [&](std::ptrdiff_t i, std::ptrdiff_t before, std::ptrdiff_t after) {
+            const auto blur = [&](std::int32_t i, std::int32_t before, std::int32_t after) {
                 to[i] = static_cast<To>(2U * from[i] + from[i + before] + from[i + after]);
             };
-            for (std::ptrdiff_t i = begin; i < begin + 3; ++i) blur(i, left, s.count > 1 ? 3 : right);
-            for (std::ptrdiff_t i = begin + 3; i < end - 3; ++i) blur(i, -3, 3);
-            for (std::ptrdiff_t i = end - 3; s.count > 1 && i < end; ++i) blur(i, -3, right);
+            blur(s.first, left, s.count > 1 ? 1 : right);
+            for (std::int32_t i = s.first + 1; i < last; ++i) blur(i, -1, 1);
+            if (s.count > 1) blur(last, -1, right);
         }
         return result;
     }
@@ -20018,30 +20024,28 @@ inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
     return result;
 }
 
-/// Computes the features of all cells.
+/// Computes the features of all cells, one channel after another to save memory.
 ///
 /// color  K x 3, the column of the cells' layered image
 inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
     const cell_blur blur(cells);
+    const std::size_t count = cells.pixel.size();
     texture_looks result;
-    buffer<std::uint16_t> colors(3 * cells.pixel.size(), unset);
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
-        for (std::ptrdiff_t c = 0; c < 3; ++c)
-            colors[3 * std::ptrdiff_t{cell} + c] = color.data()[3 * std::ptrdiff_t{cells.pixel[cell]} + c];
-    buffer<std::uint16_t> once = blur.operator()<std::uint16_t>(colors);
-    result.detail.resize(cells.pixel.size(), unset);
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
-        for (std::size_t c = 0; c < 3; ++c) {
-            const std::size_t i = 3 * static_cast<std::size_t>(cell) + c;
-            result.detail[cell][c] = static_cast<std::int16_t>(16 * colors[i] - once[i]);
-        }
-    colors = blur.operator()<std::uint16_t>(once);
-    once = {};
-    const buffer<std::uint32_t> sums = blur.operator()<std::uint32_t>(blur.operator()<std::uint32_t>(colors));
-    buffer<std::array<std::uint8_t, 3>> blurred(cells.pixel.size(), unset);
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
-        for (std::size_t c = 0; c < 3; ++c)
-            blurred[cell][c] = static_cast<std::uint8_t>((sums[3 * static_cast<std::size_t>(cell) + c] + 0x8000) >> 16);
+    result.detail.resize(count, unset);
+    buffer<std::array<std::uint8_t, 3>> blurred(count, unset);
+    buffer<std::uint8_t> channel(count, unset);
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t cell = 0; cell < count; ++cell)
+            channel[cell] = color.data()[3 * static_cast<std::size_t>(cells.pixel[cell]) + c];
+        buffer<std::uint16_t> once = blur.operator()<std::uint16_t>(channel);
+        for (std::size_t cell = 0; cell < count; ++cell)
+            result.detail[cell][c] = static_cast<std::int16_t>(16 * channel[cell] - once[cell]);
+        const buffer<std::uint16_t> twice = blur.operator()<std::uint16_t>(once);
+        once = {};
+        const buffer<std::uint32_t> sums = blur.operator()<std::uint32_t>(blur.operator()<std::uint32_t>(twice));
+        for (std::size_t cell = 0; cell < count; ++cell)
+            blurred[cell][c] = static_cast<std::uint8_t>((sums[cell] + 0x8000) >> 16);
+    }
     result.surroundings = describe_cells(cells, blurred);
     return result;
 }

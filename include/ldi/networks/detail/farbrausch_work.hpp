@@ -90,7 +90,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
         decoded[i + 1] = {};
         read = std::move(read_here);
     }
-    levels[0].read = read.pixels().copy(), levels[0].decoded = decoded[0].pixels().copy();
+    levels[0].read = std::move(read).take_pixels(), levels[0].decoded = std::move(decoded[0]).take_pixels();
     return levels;
 }
 

@@ -78,14 +78,16 @@ public:
                     levels_[i].average_coarse, threads_, [&](std::int32_t p) noexcept { return known[i][p]; }, store);
             levels_[i].average_coarse = {};
         }
-        masked_colors fill = known[depth];
-        spread(fill, levels_[depth].average, known[depth], growth_);
+        masked_colors fill = std::move(known[depth]);
+        spread(fill, levels_[depth].average, unknown_pixels(fill), growth_);
         masked_colors tone = fill;
         for (std::size_t i = depth - 1; i > 0; --i) {
-            fill = from_above(fill, levels_[i].above, known[i]);
-            spread(fill, levels_[i].average, known[i], 2 << i);
             tone = average_from_above(tone, i, known[i]);
-            known[i] = {}, levels_[i].average = {}, levels_[i].above = {};
+            const buffer<std::int32_t> unknown = unknown_pixels(known[i]);
+            fill_from_above(known[i], unknown, fill, levels_[i].above);
+            fill = std::move(known[i]);
+            spread(fill, levels_[i].average, unknown, 2 << i);
+            levels_[i].average = {}, levels_[i].above = {};
         }
         return finest(std::move(fill), tone, convert);
     }
@@ -97,22 +99,25 @@ private:
         return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
     }
 
-    /// Returns the known colors, and for unknown pixels the color of the parent.
-    masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
-        masked_colors result = known;
-        parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i)
-                if (const std::int32_t p = static_cast<std::int32_t>(i); !known.has(p) && above[i] != no_pixel)
-                    result.set(p, coarse[above[i]]);
-        });
+    /// Returns the pixels without a color, ascending.
+    static buffer<std::int32_t> unknown_pixels(const masked_colors& colors) {
+        buffer<std::int32_t> result;
+        for (std::int32_t i = 0; i < colors.count(); ++i)
+            if (!colors.has(i)) result.push_back(i);
         return result;
     }
 
+    /// Gives each unknown pixel the color of its parent.
+    void fill_from_above(masked_colors& colors, const buffer<std::int32_t>& unknown, const masked_colors& coarse,
+                         const buffer<std::int32_t>& above) const {
+        parallel_for(threads_, unknown.size(), 4096, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i)
+                if (above[unknown[i]] != no_pixel) colors.set(unknown[i], coarse[above[unknown[i]]]);
+        });
+    }
+
     /// Replaces each unknown color with the average of its window, `passes` times.
-    void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
-        buffer<std::int32_t> unknown;
-        for (std::int32_t i = 0; i < known.count(); ++i)
-            if (!known.has(i)) unknown.push_back(i);
+    void spread(masked_colors& colors, const convolution_plan& windows, const buffer<std::int32_t>& unknown, int passes) {
         const convolution_plan unknown_windows = restrict_and_renumber(windows, unknown);
         masked_colors next(unknown.size());
         for (int pass = 0; pass < passes; ++pass) {

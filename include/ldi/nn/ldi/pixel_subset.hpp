@@ -46,6 +46,11 @@ public:
     /// The pixels, ascending.
     array_view<const std::int32_t> pixels() const& { return pixels_; }
     array_view<const std::int32_t> pixels() const&& = delete;  // the values would be destroyed with the subset
+    /// Returns the pixels, and leaves the subset empty.
+    buffer<std::int32_t> take_pixels() && {
+        row_of_ = {};
+        return std::move(pixels_);
+    }
     /// Per pixel of the graph: its index in pixels(), or no_pixel.
     array_view<const std::int32_t> row_of() const& { return row_of_; }
     array_view<const std::int32_t> row_of() const&& = delete;
