@@ -22425,6 +22425,80 @@ inline plane_vector outward_normal(const outline_corner& from, const outline_cor
 
 }}}  // namespace ldi::detail
 
+// ---- ldi/mesh/detail/pixel_stacks.hpp
+// The pixels at each lattice position. Hems, soft edges and vertices look up the surfaces around a corner of an outline.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Lists the pixels at each lattice position. Most positions have one pixel; only the others need a list.
+class pixel_stacks {
+public:
+    /// disparity  K values, one per pixel of `g`
+    pixel_stacks(const graph_view& g, array_view<const float> disparity)
+        : width_(g.width()), height_(g.height()), disparity_(disparity), slots_(g.position_count(), no_pixel) {
+        if (g.size() > g.position_count())
+            entries_.reserve(2 * (g.size() - g.position_count()));  // enough unless positions are empty
+        for (std::int32_t i = 0; i < g.count(); ++i) add(i, slots_[g.position_of(i)]);
+    }
+
+    bool is_inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
+    float disparity(std::int32_t pixel) const { return disparity_[pixel]; }
+
+    /// Returns the nearest pixel at a position inside the lattice, which is the one that the photo's camera sees, or no_pixel.
+    std::int32_t nearest(std::int32_t x, std::int32_t y) const {
+        const std::int32_t slot = slot_at(x, y);
+        return is_list(slot) ? entries_[first_entry(slot)].pixel : slot;
+    }
+
+    /// Calls `visit(pixel)` for each pixel at a position inside the lattice, the nearest first, the others in no particular
+    /// order.
+    template <class Visit>
+    void for_each(std::int32_t x, std::int32_t y, Visit&& visit) const {
+        const std::int32_t slot = slot_at(x, y);
+        if (!is_list(slot)) {
+            if (slot != no_pixel) visit(slot);
+            return;
+        }
+        for (std::int32_t e = first_entry(slot); e != no_entry; e = entries_[e].next) visit(entries_[e].pixel);
+    }
+
+private:
+    struct entry {
+        std::int32_t pixel, next;  // index of the next entry of the same position, or no_entry
+    };
+    static constexpr std::int32_t no_entry = -1;
+
+    // The slot of a position is its only pixel, or no_pixel, or less than no_pixel if it has several pixels.
+    static bool is_list(std::int32_t slot) { return slot < no_pixel; }
+    static std::int32_t first_entry(std::int32_t slot) { return no_pixel - 1 - slot; }
+    static std::int32_t list_from(std::int32_t entry) { return no_pixel - 1 - entry; }
+
+    std::int32_t slot_at(std::int32_t x, std::int32_t y) const { return slots_[std::ptrdiff_t{y} * width_ + x]; }
+
+    void add(std::int32_t pixel, std::int32_t& slot) {
+        if (slot == no_pixel) {
+            slot = pixel;
+            return;
+        }
+        if (!is_list(slot)) {
+            entries_.push_back({slot, no_entry});
+            slot = list_from(entries_.count() - 1);
+        }
+        const std::int32_t first = first_entry(slot);
+        if (disparity_[pixel] > disparity_[entries_[first].pixel]) std::swap(pixel, entries_[first].pixel);
+        const std::int32_t next = entries_[first].next;
+        entries_.push_back({pixel, next});
+        entries_[first].next = entries_.count() - 1;
+    }
+
+    std::int32_t width_, height_;
+    array_view<const float> disparity_;
+    buffer<std::int32_t> slots_;
+    buffer<entry> entries_;
+};
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/mesh/polygon.hpp
 // Polygons with holes and inner polylines, and their triangulations: input and output of the sweep (triangulate.hpp).
 // Coordinates are integers, so every geometric predicate is exact in 64 bits.
@@ -24157,12 +24231,10 @@ struct hem {
 /// Finds the hems of a mesh.
 class hem_finder {
 public:
-    /// disparity  K values, one per pixel of `g`
-    /// visible    H x W x 1: the largest disparity at each position; negative infinity where there is no surface
+    /// stacks     the pixels of the layered image
     /// max_width  maximum width of a hem in pixels: the padding of the atlas, which is the texture of hems
-    hem_finder(const flat_mesh& flat, const graph_view& g, array_view<const float> disparity, const image<float>& visible,
-               const photo_facts& facts, std::int32_t max_width)
-        : flat_(flat), graph_(g), disparity_(disparity), visible_(visible), max_step_(facts.surface.max_step) {
+    hem_finder(const flat_mesh& flat, const pixel_stacks& stacks, const photo_facts& facts, std::int32_t max_width)
+        : flat_(flat), stacks_(stacks), max_step_(facts.surface.max_step) {
         parallax_ = max_parallax(facts.camera.width, facts.camera.height, facts.motion);
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), nearest_float(max_width));
     }
@@ -24172,8 +24244,6 @@ public:
         buffer<hem> result(flat_.open_corners.size());
         if (!(parallax_ > 0)) return result;
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) find_ends(p);
-        if (ends_.empty()) return result;
-        collect_hidden();
         for (const end& e : ends_) result[e.corner] = hem_of(e);
         join(result);
         return result;
@@ -24195,20 +24265,16 @@ private:
         float disparity;
         plane_vector from, outward;  // start of the hem, and unit vector that points out of the chart
     };
-    struct hidden_pixel {
-        std::int64_t position;
-        float disparity;
-        bool operator<(const hidden_pixel& other) const { return position < other.position; }
+    struct lattice_position {
+        std::int32_t x, y;
     };
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[flat_.open_corners[i]]; }
 
-    /// Returns the lattice position that lies `distance` pixels outward from an end, or -1 if it is outside the lattice.
-    std::int64_t position_at(const end& e, float distance) const {
-        const std::int32_t x = static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x));
-        const std::int32_t y = static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y));
-        const bool inside = x >= 0 && y >= 0 && x < graph_.width() && y < graph_.height();
-        return inside ? std::int64_t{y} * graph_.width() + x : -1;
+    /// Returns the lattice position that lies `distance` pixels outward from an end; it may be outside the lattice.
+    static lattice_position position_at(const end& e, float distance) {
+        return {static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x)),
+                static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y))};
     }
 
     /// Appends to ends_ the corners of a piece at which a hidden surface ends.
@@ -24240,38 +24306,22 @@ private:
     /// experiment.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
-            const std::int64_t position = position_at(e, distance);
-            return position >= 0 && visible_.data()[position] > e.disparity + 0.5F * max_step_;
+            const auto [x, y] = position_at(e, distance);
+            const std::int32_t pixel = stacks_.is_inside(x, y) ? stacks_.nearest(x, y) : no_pixel;
+            return pixel != no_pixel && stacks_.disparity(pixel) > e.disparity + 0.5F * max_step_;
         });
-    }
-
-    /// Collects the hidden pixels at all positions that hems may cover.
-    void collect_hidden() {
-        buffer<std::uint8_t> is_near(graph_.position_count(), 0);
-        for (const end& e : ends_)
-            for (float t = 0.5F; t < width_; t += 1.0F)
-                if (const std::int64_t position = position_at(e, t); position >= 0) is_near[position] = 1;
-        for (std::int32_t i = 0; i < graph_.count(); ++i) {
-            const std::size_t position = graph_.position_of(i);
-            if (is_near[position] != 0 && disparity_[i] < visible_.data()[position])
-                hidden_.push_back({static_cast<std::int64_t>(position), disparity_[i]});
-        }
-        std::sort(hidden_.begin(), hidden_.end());
     }
 
     /// Returns the disparity of the farthest surface at a position among the surfaces of similar depth: from gap * max_step_
     /// behind `disparity` to max_joined_step * max_step_ in front of it. Returns negative infinity if there is none.
-    float nearer_surface(std::int64_t position, float disparity) const {
-        if (position < 0) return nothing;
+    float nearer_surface(lattice_position at, float disparity) const {
+        if (!stacks_.is_inside(at.x, at.y)) return nothing;
         float farthest = nothing;
-        const auto consider = [&](float there) {
-            const float step = there - disparity;
+        stacks_.for_each(at.x, at.y, [&](std::int32_t pixel) {
+            const float there = stacks_.disparity(pixel), step = there - disparity;
             if (step > -gap * max_step_ && step <= max_joined_step * max_step_ && (farthest == nothing || there < farthest))
                 farthest = there;
-        };
-        consider(visible_.data()[position]);
-        const auto first = std::lower_bound(hidden_.begin(), hidden_.end(), hidden_pixel{position, 0});
-        for (auto h = first; h != hidden_.end() && h->position == position; ++h) consider(h->disparity);
+        });
         return farthest;
     }
 
@@ -24314,48 +24364,12 @@ private:
     }
 
     const flat_mesh& flat_;
-    graph_view graph_;
-    array_view<const float> disparity_;
-    const image<float>& visible_;
+    const pixel_stacks& stacks_;
     float max_step_;
     float parallax_ = 0;  // maximum parallax of a difference in disparity of 1, in pixels
     float width_ = 0;     // maximum width of a hem, in pixels
     buffer<end> ends_;
-    buffer<hidden_pixel> hidden_;  // hidden pixels that hems may cover, sorted by position
 };
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/mesh/detail/visible_surfaces.hpp
-// Disparity and matte of the surfaces that the photo's camera sees. Hems and soft edges depend on them.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Disparity and matte of the pixels visible from the photo's camera, one value per lattice position.
-struct visible_surfaces {
-    static constexpr float nothing = -std::numeric_limits<float>::infinity();
-    image<float> disparity;     ///< H x W x 1; `nothing` at positions without a surface
-    image<std::uint8_t> matte;  ///< H x W x 1
-};
-
-/// Collects the disparity of the nearest surface at each position, and its matte if there is a matte column.
-template <has_columns<disparity_column> Layers>
-visible_surfaces find_visible(const Layers& layers) {
-    constexpr bool has_matte = has_column<Layers, matte_column>;
-    const auto& g = layers.topology();
-    const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
-    visible_surfaces seen{image<float>(rows, columns, 1),
-                          has_matte ? image<std::uint8_t>(rows, columns, 1) : image<std::uint8_t>()};
-    std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
-    const auto disparity = layers.template column<disparity_column>();
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        const std::size_t position = g.position_of(i);
-        if (disparity[i] <= seen.disparity.data()[position]) continue;
-        seen.disparity.data()[position] = disparity[i];
-        if constexpr (has_matte) seen.matte.data()[position] = layers.template column<matte_column>()[i];
-    }
-    return seen;
-}
 
 }}}  // namespace ldi::detail
 
@@ -24498,9 +24512,12 @@ inline soft_edge_options limited_to(soft_edge_options options, std::int32_t padd
 /// Builds the strip of one mesh, piece by piece.
 class soft_edge_builder {
 public:
-    soft_edge_builder(const flat_mesh& flat, const visible_surfaces& seen, surface_rule surface, const pinhole_camera& camera,
-                      const depth_range& range, const soft_edge_options& options)
-        : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
+    /// stacks  the pixels of the layered image
+    /// matte   the matte of each pixel
+    soft_edge_builder(const flat_mesh& flat, const pixel_stacks& stacks, array_view<const std::uint8_t> matte,
+                      surface_rule surface, const pinhole_camera& camera, const depth_range& range,
+                      const soft_edge_options& options)
+        : flat_(flat), stacks_(stacks), matte_(matte), surface_(surface), camera_(camera), range_(range), options_(options) {}
 
     /// Selects the silhouette edges that have a strip: the `count` edges with the largest steps in disparity.
     void choose(std::size_t count) {
@@ -24552,11 +24569,9 @@ private:
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
     std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
-    /// Returns the disparity of the visible surface at a position, or the argument `nothing` if there is no surface.
-    float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
-        const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
-        const float seen = inside ? seen_.disparity(y, x) : nothing;
-        return seen == visible_surfaces::nothing ? nothing : seen;
+    /// Returns the pixel of the visible surface at a position, or no_pixel.
+    std::int32_t seen_at(std::int32_t x, std::int32_t y) const {
+        return stacks_.is_inside(x, y) ? stacks_.nearest(x, y) : no_pixel;
     }
 
     /// Returns the step in disparity from a corner to the farthest surface visible beside it. Returns 0 if a nearer surface is
@@ -24565,8 +24580,9 @@ private:
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
             for (const std::int32_t x : {c.x - 1, c.x}) {
-                const float there = seen_at(x, y, c.disparity);
-                nearest = (std::max)(nearest, there), farthest = (std::min)(farthest, there);
+                const std::int32_t seen = seen_at(x, y);
+                if (seen == no_pixel) continue;
+                nearest = (std::max)(nearest, stacks_.disparity(seen)), farthest = (std::min)(farthest, stacks_.disparity(seen));
             }
         const bool is_in_front = surface_.same_surface(nearest, c.disparity) && !surface_.same_surface(farthest, c.disparity);
         return is_in_front ? c.disparity - farthest : 0.0F;
@@ -24601,9 +24617,11 @@ private:
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
             const std::int32_t x = static_cast<std::int32_t>(std::floor(nearest_float(c.x) + t * normal.x));
             const std::int32_t y = static_cast<std::int32_t>(std::floor(nearest_float(c.y) + t * normal.y));
-            const float there = seen_at(x, y, c.disparity);
+            const std::int32_t seen = seen_at(x, y);
+            if (seen == no_pixel) break;
+            const float there = stacks_.disparity(seen);
             if (there >= c.disparity || surface_.same_surface(there, c.disparity)) break;
-            sum += nearest_float(seen_.matte(y, x)) / 255.0F;
+            sum += nearest_float(matte_[seen]) / 255.0F;
         }
         return sum;
     }
@@ -24658,7 +24676,8 @@ private:
     }
 
     const flat_mesh& flat_;
-    const visible_surfaces& seen_;
+    const pixel_stacks& stacks_;
+    array_view<const std::uint8_t> matte_;
     surface_rule surface_;
     const pinhole_camera& camera_;
     const depth_range& range_;
@@ -24684,53 +24703,19 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Finds a chart's pixel at a corner of the lattice, which is a point between pixels.
-class pixel_finder {
-public:
-    /// chart_of  chart of each pixel (chart_set::chart_of)
-    pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
-        : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
-
-    /// Index of the selected chart; -1 if it has no pixels.
-    std::int32_t shown_chart() const { return chart_; }
-
-    /// Selects the chart to search.
-    void show(const chart& c) {
-        for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = pixel;
-        chart_ = c.pixels.empty() ? -1 : chart_of_[c.pixels.front()];
-    }
-
-    /// Returns the pixel of the selected chart that touches corner (x, y). If several do, returns the one whose disparity is
-    /// closest to `disparity`; if none does, returns no_pixel.
-    std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
-        std::int32_t best = no_pixel;
-        float best_difference = 0;
-        for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height() - 1); ++v)
-            for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width() - 1); ++u) {
-                const std::int32_t pixel = shown_[graph_.position(u, v)];
-                if (pixel == no_pixel || chart_of_[pixel] != chart_) continue;
-                const float difference = std::abs(disparity_[pixel] - disparity);
-                if (best == no_pixel || difference < best_difference) best = pixel, best_difference = difference;
-            }
-        return best;
-    }
-
-private:
-    graph_view graph_;
-    array_view<const float> disparity_;
-    array_view<const std::int32_t> chart_of_;
-    std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: its pixel in the most recently selected chart that covers it
-};
-
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    /// hems  result of hem_finder::find(): one per entry of flat_mesh::open_corners
-    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, buffer<hem> hems, const texture_atlas& atlas)
+    /// stacks    the pixels of the layered image
+    /// chart_of  chart of each pixel (chart_set::chart_of)
+    /// hems      result of hem_finder::find(): one per entry of flat_mesh::open_corners
+    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, const pixel_stacks& stacks,
+                   array_view<const std::int32_t> chart_of, buffer<hem> hems, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
+          stacks_(stacks),
+          chart_of_(chart_of),
           hems_(std::move(hems)),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
@@ -24740,7 +24725,7 @@ public:
             const auto first = hems_.begin() + flat.first_open_corner[p], last = hems_.begin() + flat.first_open_corner[p + 1];
             if (!std::all_of(first, last, [](const hem& h) { return h.is_empty(); })) hemmed_pieces_.push_back(p);
         }
-        stable_sort(hemmed_pieces_, [&](std::int32_t a, std::int32_t b) { return chart_of(a) < chart_of(b); });
+        stable_sort(hemmed_pieces_, [&](std::int32_t a, std::int32_t b) { return chart_of_piece(a) < chart_of_piece(b); });
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -24750,25 +24735,27 @@ public:
         mesh_.pixels.reserve(vertex_count), mesh_.triangles.reserve(index_count);
     }
 
-    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place, pixel_finder& finder) {
-        finder.show(shape);
+    /// Adds the next chart. Charts must be added in order.
+    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place) {
+        ++chart_;
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
         const std::array<std::int32_t, 2> to_atlas{place.x - shape.x, place.y - shape.y};
         for (std::int32_t id : source.outline) {
             vertex_of_[id] = static_cast<std::uint32_t>(mesh_.vertex_count());
             add_outline_position(id);
-            add_texture(flat_.outlines.corners[id], to_atlas, finder);
+            add_texture(flat_.outlines.corners[id], to_atlas);
         }
         for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
             const outline_corner& corner = flat_.studs.vertices[source.first_stud_vertex + i];
             add_position(corner);
-            add_texture(corner, to_atlas, finder);
+            add_texture(corner, to_atlas);
         }
         for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
-        add_hems(to_atlas, finder);
+        add_hems(to_atlas);
     }
 
-    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
+    /// matte  the matte of each pixel
+    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, array_view<const std::uint8_t> matte,
                         const soft_edge_options& options) {
         // Sizes in GLB files, in bytes. `texel_bytes` is the size of a texel in smooth areas with JPEG at quality 85.
         // `edge_bytes` is the size that the strip adds per edge.
@@ -24776,7 +24763,8 @@ public:
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
-        soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, limited_to(options, atlas.filter_padding));
+        soft_edge_builder builder(flat_, stacks_, matte, facts_.surface, camera_, facts_.range,
+                                  limited_to(options, atlas.filter_padding));
         const float max_edges = nearest_float(flat_.open_corners.size());  // upper bound, for an infinite max_share
         builder.choose(static_cast<std::size_t>((std::min)(max_edges, options.max_share * bytes / edge_bytes)));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
@@ -24791,21 +24779,20 @@ public:
     textured_mesh finish() { return std::move(mesh_); }
 
 private:
-    std::int32_t chart_of(std::int32_t piece) const { return flat_.outlines.pieces[piece].right_chart; }
+    std::int32_t chart_of_piece(std::int32_t piece) const { return flat_.outlines.pieces[piece].right_chart; }
 
-    /// Adds the hems of the chart that `finder` has selected. The chart's outline vertices are the inner ends of the hems.
-    void add_hems(std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder) {
+    /// Adds the hems of the current chart. The chart's outline vertices are the inner ends of the hems.
+    void add_hems(std::array<std::int32_t, 2> to_atlas) {
         const auto add_outer = [&](std::int32_t i) {
             const std::int32_t id = flat_.open_corners[i];
             if (hems_[i].is_empty()) return vertex_of_[id];
             const std::uint32_t vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
             mesh_.hem_vertices.push_back({vertex, vertex_of_[id]});
             add_position(flat_.outlines.corners[id], hems_[i]);
-            add_texture(flat_.outlines.corners[id], to_atlas, finder, hems_[i]);
+            add_texture(flat_.outlines.corners[id], to_atlas, hems_[i]);
             return vertex;
         };
-        const std::int32_t c = finder.shown_chart();
-        for (; next_hemmed_ < hemmed_pieces_.count() && chart_of(hemmed_pieces_[next_hemmed_]) == c; ++next_hemmed_) {
+        for (; next_hemmed_ < hemmed_pieces_.count() && chart_of_piece(hemmed_pieces_[next_hemmed_]) == chart_; ++next_hemmed_) {
             const std::int32_t p = hemmed_pieces_[next_hemmed_];
             std::uint32_t outer_a = add_outer(flat_.first_open_corner[p]);
             for (std::int32_t i = flat_.first_open_corner[p] + 1; i < flat_.first_open_corner[p + 1]; ++i) {
@@ -24822,11 +24809,27 @@ private:
     ///
     /// to_atlas  offset from the lattice to texels
     /// beyond    the hem, if the vertex is its outer end; empty otherwise
-    void add_texture(const outline_corner& corner, std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder,
-                     const hem& beyond = {}) {
+    void add_texture(const outline_corner& corner, std::array<std::int32_t, 2> to_atlas, const hem& beyond = {}) {
         mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas[0]) + beyond.x) * u_scale_);
         mesh_.texture_coordinates.push_back((nearest_float(corner.y + to_atlas[1]) + beyond.y) * v_scale_);
-        mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
+        mesh_.pixels.push_back(pixel_at(corner));
+    }
+
+    /// Returns the pixel of the current chart that touches a corner. If several do, returns the one with the most similar
+    /// disparity; if none does, returns no_pixel.
+    std::int32_t pixel_at(const outline_corner& corner) const {
+        std::int32_t best = no_pixel;
+        float best_difference = 0;
+        for (const std::int32_t y : {corner.y - 1, corner.y})
+            for (const std::int32_t x : {corner.x - 1, corner.x}) {
+                if (!stacks_.is_inside(x, y)) continue;
+                stacks_.for_each(x, y, [&](std::int32_t pixel) {
+                    if (chart_of_[pixel] != chart_) return;
+                    const float difference = std::abs(stacks_.disparity(pixel) - corner.disparity);
+                    if (best == no_pixel || difference < best_difference) best = pixel, best_difference = difference;
+                });
+            }
+        return best;
     }
 
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
@@ -24856,7 +24859,10 @@ private:
     const photo_facts& facts_;
     pinhole_camera camera_;  ///< camera of the lattice, which includes the margin
     const flat_mesh& flat_;
-    buffer<hem> hems_;  ///< per entry of flat_mesh::open_corners
+    const pixel_stacks& stacks_;
+    array_view<const std::int32_t> chart_of_;
+    std::int32_t chart_ = -1;  ///< the chart that was added last
+    buffer<hem> hems_;         ///< per entry of flat_mesh::open_corners
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
     buffer<std::uint32_t> vertex_of_;        ///< per corner of the current chart: its vertex
@@ -24930,17 +24936,12 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             raise(error_code::mismatch, "build_mesh", "charts inside the atlas", "chart " + std::to_string(c) + " outside");
     }
 
-    const detail::visible_surfaces seen = detail::find_visible(layers);
-    const auto disparity = layers.template column<disparity_column>();
-    detail::mesh_assembler assembler(
-        facts, flat, detail::hem_finder(flat, g, disparity, seen.disparity, facts, atlas.filter_padding).find(), atlas);
-    {
-        detail::pixel_finder finder(g, disparity, charts.chart_of);
-        for (std::size_t c = 0; c < flat.charts.size(); ++c)
-            assembler.add_chart(flat.charts[c], charts.charts[c], placements[c], finder);
-    }
+    const detail::pixel_stacks stacks(g, layers.template column<disparity_column>());
+    detail::mesh_assembler assembler(facts, flat, stacks, charts.chart_of,
+                                     detail::hem_finder(flat, stacks, facts, atlas.filter_padding).find(), atlas);
+    for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
     if constexpr (has_column<Layers, matte_column>)
-        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, seen, soft);
+        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, layers.template column<matte_column>(), soft);
     return assembler.finish();
 }
 

@@ -25,7 +25,6 @@ struct scene_with_hidden_surfaces {
     ldi::photo_layers layers;
     ldi::photo_facts facts;
     ldi::flat_mesh flat;
-    ldi::image<float> visible;
 
     explicit scene_with_hidden_surfaces(std::mt19937& random) {
         ldi::photo_layer layer = ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 90, 120));
@@ -35,12 +34,11 @@ struct scene_with_hidden_surfaces {
         layers = ldi::expand(std::move(layer), {}, curves, {.motion = 0.3F, .iterations = 4096}).layers;
         facts.motion = 0.3F;
         flat = ldi::build_flat_mesh(layers, facts.range, ldi::make_charts(layers, {}));
-        visible = ldi::detail::find_visible(layers).disparity;
     }
 
+    ldi::detail::pixel_stacks stacks() const { return {layers.topology(), layers.column<ldi::disparity_column>()}; }
     ldi::buffer<ldi::detail::hem> hems(std::int32_t max_width = 4) const {
-        const auto disparity = layers.column<ldi::disparity_column>();
-        return ldi::detail::hem_finder(flat, layers.topology(), disparity, visible, facts, max_width).find();
+        return ldi::detail::hem_finder(flat, stacks(), facts, max_width).find();
     }
 };
 
@@ -70,18 +68,20 @@ TEST_CASE("hems are at most four pixels wide, and nearly all end behind a visibl
     for (int round = 0; round < 60; ++round) {
         const scene_with_hidden_surfaces s(random);
         const ldi::buffer<ldi::detail::hem> hems = s.hems();
+        const ldi::detail::pixel_stacks stacks = s.stacks();
         REQUIRE(hems.size() == s.flat.open_corners.size());
         for (std::size_t i = 0; i < hems.size(); ++i) {
             const ldi::detail::hem& h = hems[i];
             if (h.is_empty()) continue;
             const ldi::outline_corner& c = s.flat.outlines.corners[s.flat.open_corners[i]];
             const float distance = std::hypot(h.x, h.y), to_last_pixel = (distance - 0.5F) / distance;
-            const auto x = static_cast<std::size_t>(std::floor(static_cast<float>(c.x) + to_last_pixel * h.x));
-            const auto y = static_cast<std::size_t>(std::floor(static_cast<float>(c.y) + to_last_pixel * h.y));
+            const auto x = static_cast<std::int32_t>(std::floor(static_cast<float>(c.x) + to_last_pixel * h.x));
+            const auto y = static_cast<std::int32_t>(std::floor(static_cast<float>(c.y) + to_last_pixel * h.y));
             CAPTURE(round, c.x, c.y, h.x, h.y);
             REQUIRE(distance < 4.001F);
             ++count;
-            behind += x < s.visible.width() && y < s.visible.height() && h.disparity < s.visible(y, x) ? 1U : 0U;
+            const std::int32_t visible = stacks.is_inside(x, y) ? stacks.nearest(x, y) : ldi::no_pixel;
+            behind += visible != ldi::no_pixel && h.disparity < stacks.disparity(visible) ? 1U : 0U;
         }
     }
     CAPTURE(count, behind);

@@ -189,16 +189,18 @@ TEST_CASE("a soft-edge strip goes around corners of 50 degrees, and tapers off a
         flat.outlines.corners = {{x, 40 + dy, 0.8F}, {10, 40, 0.8F}, {x, 40 - dy, 0.8F}};
         flat.outlines.pieces.push_back({0, ldi::no_chart, 0, 2, 1, 1});
         flat.open_corners = {0, 1, 2}, flat.first_open_corner = {0, 3};
-        ldi::detail::visible_surfaces seen{ldi::image<float>(80, 80, 1, 0.2F), ldi::image<std::uint8_t>(80, 80)};
+        ldi::buffer<float> disparity(80 * 80, 0.2F);
         for (std::size_t v = 0; v < 80; ++v)
             for (std::size_t u = 10; u < 80; ++u) {
                 const float across = std::abs(static_cast<float>(v) - 39.5F), along = static_cast<float>(u) - 9.5F;
-                if (across <= along * std::tan(half)) seen.disparity(v, u) = 0.8F;
+                if (across <= along * std::tan(half)) disparity[80 * v + u] = 0.8F;
             }
         const ldi::graph g = ldi::make_grid(80, 80);
         const ldi::photo_facts facts = ldi::testing::facts_of(g);
         const ldi::soft_edge_options options;
-        ldi::detail::soft_edge_builder builder(flat, seen, {}, facts.camera, facts.range, options);
+        const ldi::buffer<std::uint8_t> matte(80 * 80, 0);
+        const ldi::detail::pixel_stacks stacks(g, disparity);
+        ldi::detail::soft_edge_builder builder(flat, stacks, matte, {}, facts.camera, facts.range, options);
         builder.choose(10);
         builder.add_piece(0, {0, 0}, {1.0F, 1.0F});
         return builder.finish();

@@ -14,7 +14,7 @@
 #include <ldi/mesh/detail/hems.hpp>
 #include <ldi/mesh/detail/mesh_assembler.hpp>
 #include <ldi/mesh/detail/mesh_checks.hpp>
-#include <ldi/mesh/detail/visible_surfaces.hpp>
+#include <ldi/mesh/detail/pixel_stacks.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/mesh_options.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
@@ -83,17 +83,12 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             raise(error_code::mismatch, "build_mesh", "charts inside the atlas", "chart " + std::to_string(c) + " outside");
     }
 
-    const detail::visible_surfaces seen = detail::find_visible(layers);
-    const auto disparity = layers.template column<disparity_column>();
-    detail::mesh_assembler assembler(
-        facts, flat, detail::hem_finder(flat, g, disparity, seen.disparity, facts, atlas.filter_padding).find(), atlas);
-    {
-        detail::pixel_finder finder(g, disparity, charts.chart_of);
-        for (std::size_t c = 0; c < flat.charts.size(); ++c)
-            assembler.add_chart(flat.charts[c], charts.charts[c], placements[c], finder);
-    }
+    const detail::pixel_stacks stacks(g, layers.template column<disparity_column>());
+    detail::mesh_assembler assembler(facts, flat, stacks, charts.chart_of,
+                                     detail::hem_finder(flat, stacks, facts, atlas.filter_padding).find(), atlas);
+    for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
     if constexpr (has_column<Layers, matte_column>)
-        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, seen, soft);
+        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, layers.template column<matte_column>(), soft);
     return assembler.finish();
 }
 

@@ -4,14 +4,13 @@
 // simplified independently and lie at different depths. Without a hem, a moving camera would see a gap between them.
 #pragma once
 
-#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
-#include <ldi/core/image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/mesh/detail/outline_normals.hpp>
+#include <ldi/mesh/detail/pixel_stacks.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 
 #include <algorithm>
@@ -34,12 +33,10 @@ struct hem {
 /// Finds the hems of a mesh.
 class hem_finder {
 public:
-    /// disparity  K values, one per pixel of `g`
-    /// visible    H x W x 1: the largest disparity at each position; negative infinity where there is no surface
+    /// stacks     the pixels of the layered image
     /// max_width  maximum width of a hem in pixels: the padding of the atlas, which is the texture of hems
-    hem_finder(const flat_mesh& flat, const graph_view& g, array_view<const float> disparity, const image<float>& visible,
-               const photo_facts& facts, std::int32_t max_width)
-        : flat_(flat), graph_(g), disparity_(disparity), visible_(visible), max_step_(facts.surface.max_step) {
+    hem_finder(const flat_mesh& flat, const pixel_stacks& stacks, const photo_facts& facts, std::int32_t max_width)
+        : flat_(flat), stacks_(stacks), max_step_(facts.surface.max_step) {
         parallax_ = max_parallax(facts.camera.width, facts.camera.height, facts.motion);
         width_ = (std::min)(std::ceil(mesh_pixels + gap * max_step_ * parallax_), nearest_float(max_width));
     }
@@ -49,8 +46,6 @@ public:
         buffer<hem> result(flat_.open_corners.size());
         if (!(parallax_ > 0)) return result;
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) find_ends(p);
-        if (ends_.empty()) return result;
-        collect_hidden();
         for (const end& e : ends_) result[e.corner] = hem_of(e);
         join(result);
         return result;
@@ -72,20 +67,16 @@ private:
         float disparity;
         plane_vector from, outward;  // start of the hem, and unit vector that points out of the chart
     };
-    struct hidden_pixel {
-        std::int64_t position;
-        float disparity;
-        bool operator<(const hidden_pixel& other) const { return position < other.position; }
+    struct lattice_position {
+        std::int32_t x, y;
     };
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[flat_.open_corners[i]]; }
 
-    /// Returns the lattice position that lies `distance` pixels outward from an end, or -1 if it is outside the lattice.
-    std::int64_t position_at(const end& e, float distance) const {
-        const std::int32_t x = static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x));
-        const std::int32_t y = static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y));
-        const bool inside = x >= 0 && y >= 0 && x < graph_.width() && y < graph_.height();
-        return inside ? std::int64_t{y} * graph_.width() + x : -1;
+    /// Returns the lattice position that lies `distance` pixels outward from an end; it may be outside the lattice.
+    static lattice_position position_at(const end& e, float distance) {
+        return {static_cast<std::int32_t>(std::floor(e.from.x + distance * e.outward.x)),
+                static_cast<std::int32_t>(std::floor(e.from.y + distance * e.outward.y))};
     }
 
     /// Appends to ends_ the corners of a piece at which a hidden surface ends.
@@ -117,38 +108,22 @@ private:
     /// experiment.
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
-            const std::int64_t position = position_at(e, distance);
-            return position >= 0 && visible_.data()[position] > e.disparity + 0.5F * max_step_;
+            const auto [x, y] = position_at(e, distance);
+            const std::int32_t pixel = stacks_.is_inside(x, y) ? stacks_.nearest(x, y) : no_pixel;
+            return pixel != no_pixel && stacks_.disparity(pixel) > e.disparity + 0.5F * max_step_;
         });
-    }
-
-    /// Collects the hidden pixels at all positions that hems may cover.
-    void collect_hidden() {
-        buffer<std::uint8_t> is_near(graph_.position_count(), 0);
-        for (const end& e : ends_)
-            for (float t = 0.5F; t < width_; t += 1.0F)
-                if (const std::int64_t position = position_at(e, t); position >= 0) is_near[position] = 1;
-        for (std::int32_t i = 0; i < graph_.count(); ++i) {
-            const std::size_t position = graph_.position_of(i);
-            if (is_near[position] != 0 && disparity_[i] < visible_.data()[position])
-                hidden_.push_back({static_cast<std::int64_t>(position), disparity_[i]});
-        }
-        std::sort(hidden_.begin(), hidden_.end());
     }
 
     /// Returns the disparity of the farthest surface at a position among the surfaces of similar depth: from gap * max_step_
     /// behind `disparity` to max_joined_step * max_step_ in front of it. Returns negative infinity if there is none.
-    float nearer_surface(std::int64_t position, float disparity) const {
-        if (position < 0) return nothing;
+    float nearer_surface(lattice_position at, float disparity) const {
+        if (!stacks_.is_inside(at.x, at.y)) return nothing;
         float farthest = nothing;
-        const auto consider = [&](float there) {
-            const float step = there - disparity;
+        stacks_.for_each(at.x, at.y, [&](std::int32_t pixel) {
+            const float there = stacks_.disparity(pixel), step = there - disparity;
             if (step > -gap * max_step_ && step <= max_joined_step * max_step_ && (farthest == nothing || there < farthest))
                 farthest = there;
-        };
-        consider(visible_.data()[position]);
-        const auto first = std::lower_bound(hidden_.begin(), hidden_.end(), hidden_pixel{position, 0});
-        for (auto h = first; h != hidden_.end() && h->position == position; ++h) consider(h->disparity);
+        });
         return farthest;
     }
 
@@ -191,14 +166,11 @@ private:
     }
 
     const flat_mesh& flat_;
-    graph_view graph_;
-    array_view<const float> disparity_;
-    const image<float>& visible_;
+    const pixel_stacks& stacks_;
     float max_step_;
     float parallax_ = 0;  // maximum parallax of a difference in disparity of 1, in pixels
     float width_ = 0;     // maximum width of a hem, in pixels
     buffer<end> ends_;
-    buffer<hidden_pixel> hidden_;  // hidden pixels that hems may cover, sorted by position
 };
 
 }}}  // namespace ldi::detail

@@ -11,6 +11,7 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/mesh/detail/hems.hpp>
+#include <ldi/mesh/detail/pixel_stacks.hpp>
 #include <ldi/mesh/detail/soft_edges.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/mesh_options.hpp>
@@ -26,53 +27,19 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Finds a chart's pixel at a corner of the lattice, which is a point between pixels.
-class pixel_finder {
-public:
-    /// chart_of  chart of each pixel (chart_set::chart_of)
-    pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
-        : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
-
-    /// Index of the selected chart; -1 if it has no pixels.
-    std::int32_t shown_chart() const { return chart_; }
-
-    /// Selects the chart to search.
-    void show(const chart& c) {
-        for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = pixel;
-        chart_ = c.pixels.empty() ? -1 : chart_of_[c.pixels.front()];
-    }
-
-    /// Returns the pixel of the selected chart that touches corner (x, y). If several do, returns the one whose disparity is
-    /// closest to `disparity`; if none does, returns no_pixel.
-    std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
-        std::int32_t best = no_pixel;
-        float best_difference = 0;
-        for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height() - 1); ++v)
-            for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width() - 1); ++u) {
-                const std::int32_t pixel = shown_[graph_.position(u, v)];
-                if (pixel == no_pixel || chart_of_[pixel] != chart_) continue;
-                const float difference = std::abs(disparity_[pixel] - disparity);
-                if (best == no_pixel || difference < best_difference) best = pixel, best_difference = difference;
-            }
-        return best;
-    }
-
-private:
-    graph_view graph_;
-    array_view<const float> disparity_;
-    array_view<const std::int32_t> chart_of_;
-    std::int32_t chart_ = -1;
-    buffer<std::int32_t> shown_;  // per position: its pixel in the most recently selected chart that covers it
-};
-
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
-    /// hems  result of hem_finder::find(): one per entry of flat_mesh::open_corners
-    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, buffer<hem> hems, const texture_atlas& atlas)
+    /// stacks    the pixels of the layered image
+    /// chart_of  chart of each pixel (chart_set::chart_of)
+    /// hems      result of hem_finder::find(): one per entry of flat_mesh::open_corners
+    mesh_assembler(const photo_facts& facts, const flat_mesh& flat, const pixel_stacks& stacks,
+                   array_view<const std::int32_t> chart_of, buffer<hem> hems, const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
+          stacks_(stacks),
+          chart_of_(chart_of),
           hems_(std::move(hems)),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
@@ -82,7 +49,7 @@ public:
             const auto first = hems_.begin() + flat.first_open_corner[p], last = hems_.begin() + flat.first_open_corner[p + 1];
             if (!std::all_of(first, last, [](const hem& h) { return h.is_empty(); })) hemmed_pieces_.push_back(p);
         }
-        stable_sort(hemmed_pieces_, [&](std::int32_t a, std::int32_t b) { return chart_of(a) < chart_of(b); });
+        stable_sort(hemmed_pieces_, [&](std::int32_t a, std::int32_t b) { return chart_of_piece(a) < chart_of_piece(b); });
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -92,25 +59,27 @@ public:
         mesh_.pixels.reserve(vertex_count), mesh_.triangles.reserve(index_count);
     }
 
-    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place, pixel_finder& finder) {
-        finder.show(shape);
+    /// Adds the next chart. Charts must be added in order.
+    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place) {
+        ++chart_;
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
         const std::array<std::int32_t, 2> to_atlas{place.x - shape.x, place.y - shape.y};
         for (std::int32_t id : source.outline) {
             vertex_of_[id] = static_cast<std::uint32_t>(mesh_.vertex_count());
             add_outline_position(id);
-            add_texture(flat_.outlines.corners[id], to_atlas, finder);
+            add_texture(flat_.outlines.corners[id], to_atlas);
         }
         for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
             const outline_corner& corner = flat_.studs.vertices[source.first_stud_vertex + i];
             add_position(corner);
-            add_texture(corner, to_atlas, finder);
+            add_texture(corner, to_atlas);
         }
         for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
-        add_hems(to_atlas, finder);
+        add_hems(to_atlas);
     }
 
-    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
+    /// matte  the matte of each pixel
+    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, array_view<const std::uint8_t> matte,
                         const soft_edge_options& options) {
         // Sizes in GLB files, in bytes. `texel_bytes` is the size of a texel in smooth areas with JPEG at quality 85.
         // `edge_bytes` is the size that the strip adds per edge.
@@ -118,7 +87,8 @@ public:
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
-        soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, limited_to(options, atlas.filter_padding));
+        soft_edge_builder builder(flat_, stacks_, matte, facts_.surface, camera_, facts_.range,
+                                  limited_to(options, atlas.filter_padding));
         const float max_edges = nearest_float(flat_.open_corners.size());  // upper bound, for an infinite max_share
         builder.choose(static_cast<std::size_t>((std::min)(max_edges, options.max_share * bytes / edge_bytes)));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
@@ -133,21 +103,20 @@ public:
     textured_mesh finish() { return std::move(mesh_); }
 
 private:
-    std::int32_t chart_of(std::int32_t piece) const { return flat_.outlines.pieces[piece].right_chart; }
+    std::int32_t chart_of_piece(std::int32_t piece) const { return flat_.outlines.pieces[piece].right_chart; }
 
-    /// Adds the hems of the chart that `finder` has selected. The chart's outline vertices are the inner ends of the hems.
-    void add_hems(std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder) {
+    /// Adds the hems of the current chart. The chart's outline vertices are the inner ends of the hems.
+    void add_hems(std::array<std::int32_t, 2> to_atlas) {
         const auto add_outer = [&](std::int32_t i) {
             const std::int32_t id = flat_.open_corners[i];
             if (hems_[i].is_empty()) return vertex_of_[id];
             const std::uint32_t vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
             mesh_.hem_vertices.push_back({vertex, vertex_of_[id]});
             add_position(flat_.outlines.corners[id], hems_[i]);
-            add_texture(flat_.outlines.corners[id], to_atlas, finder, hems_[i]);
+            add_texture(flat_.outlines.corners[id], to_atlas, hems_[i]);
             return vertex;
         };
-        const std::int32_t c = finder.shown_chart();
-        for (; next_hemmed_ < hemmed_pieces_.count() && chart_of(hemmed_pieces_[next_hemmed_]) == c; ++next_hemmed_) {
+        for (; next_hemmed_ < hemmed_pieces_.count() && chart_of_piece(hemmed_pieces_[next_hemmed_]) == chart_; ++next_hemmed_) {
             const std::int32_t p = hemmed_pieces_[next_hemmed_];
             std::uint32_t outer_a = add_outer(flat_.first_open_corner[p]);
             for (std::int32_t i = flat_.first_open_corner[p] + 1; i < flat_.first_open_corner[p + 1]; ++i) {
@@ -164,11 +133,27 @@ private:
     ///
     /// to_atlas  offset from the lattice to texels
     /// beyond    the hem, if the vertex is its outer end; empty otherwise
-    void add_texture(const outline_corner& corner, std::array<std::int32_t, 2> to_atlas, const pixel_finder& finder,
-                     const hem& beyond = {}) {
+    void add_texture(const outline_corner& corner, std::array<std::int32_t, 2> to_atlas, const hem& beyond = {}) {
         mesh_.texture_coordinates.push_back((nearest_float(corner.x + to_atlas[0]) + beyond.x) * u_scale_);
         mesh_.texture_coordinates.push_back((nearest_float(corner.y + to_atlas[1]) + beyond.y) * v_scale_);
-        mesh_.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
+        mesh_.pixels.push_back(pixel_at(corner));
+    }
+
+    /// Returns the pixel of the current chart that touches a corner. If several do, returns the one with the most similar
+    /// disparity; if none does, returns no_pixel.
+    std::int32_t pixel_at(const outline_corner& corner) const {
+        std::int32_t best = no_pixel;
+        float best_difference = 0;
+        for (const std::int32_t y : {corner.y - 1, corner.y})
+            for (const std::int32_t x : {corner.x - 1, corner.x}) {
+                if (!stacks_.is_inside(x, y)) continue;
+                stacks_.for_each(x, y, [&](std::int32_t pixel) {
+                    if (chart_of_[pixel] != chart_) return;
+                    const float difference = std::abs(stacks_.disparity(pixel) - corner.disparity);
+                    if (best == no_pixel || difference < best_difference) best = pixel, best_difference = difference;
+                });
+            }
+        return best;
     }
 
     void add_position(const outline_corner& corner, const hem& beyond = {}) {
@@ -198,7 +183,10 @@ private:
     const photo_facts& facts_;
     pinhole_camera camera_;  ///< camera of the lattice, which includes the margin
     const flat_mesh& flat_;
-    buffer<hem> hems_;  ///< per entry of flat_mesh::open_corners
+    const pixel_stacks& stacks_;
+    array_view<const std::int32_t> chart_of_;
+    std::int32_t chart_ = -1;  ///< the chart that was added last
+    buffer<hem> hems_;         ///< per entry of flat_mesh::open_corners
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
     buffer<std::uint32_t> vertex_of_;        ///< per corner of the current chart: its vertex

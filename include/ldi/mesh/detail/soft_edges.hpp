@@ -5,13 +5,14 @@
 // Representation (SIGGRAPH 2004).
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/core/image.hpp>
+#include <ldi/core/graph.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/mesh/detail/outline_normals.hpp>
-#include <ldi/mesh/detail/visible_surfaces.hpp>
+#include <ldi/mesh/detail/pixel_stacks.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/mesh_options.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
@@ -41,9 +42,12 @@ inline soft_edge_options limited_to(soft_edge_options options, std::int32_t padd
 /// Builds the strip of one mesh, piece by piece.
 class soft_edge_builder {
 public:
-    soft_edge_builder(const flat_mesh& flat, const visible_surfaces& seen, surface_rule surface, const pinhole_camera& camera,
-                      const depth_range& range, const soft_edge_options& options)
-        : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
+    /// stacks  the pixels of the layered image
+    /// matte   the matte of each pixel
+    soft_edge_builder(const flat_mesh& flat, const pixel_stacks& stacks, array_view<const std::uint8_t> matte,
+                      surface_rule surface, const pinhole_camera& camera, const depth_range& range,
+                      const soft_edge_options& options)
+        : flat_(flat), stacks_(stacks), matte_(matte), surface_(surface), camera_(camera), range_(range), options_(options) {}
 
     /// Selects the silhouette edges that have a strip: the `count` edges with the largest steps in disparity.
     void choose(std::size_t count) {
@@ -95,11 +99,9 @@ private:
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
     std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
-    /// Returns the disparity of the visible surface at a position, or the argument `nothing` if there is no surface.
-    float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
-        const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
-        const float seen = inside ? seen_.disparity(y, x) : nothing;
-        return seen == visible_surfaces::nothing ? nothing : seen;
+    /// Returns the pixel of the visible surface at a position, or no_pixel.
+    std::int32_t seen_at(std::int32_t x, std::int32_t y) const {
+        return stacks_.is_inside(x, y) ? stacks_.nearest(x, y) : no_pixel;
     }
 
     /// Returns the step in disparity from a corner to the farthest surface visible beside it. Returns 0 if a nearer surface is
@@ -108,8 +110,9 @@ private:
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
             for (const std::int32_t x : {c.x - 1, c.x}) {
-                const float there = seen_at(x, y, c.disparity);
-                nearest = (std::max)(nearest, there), farthest = (std::min)(farthest, there);
+                const std::int32_t seen = seen_at(x, y);
+                if (seen == no_pixel) continue;
+                nearest = (std::max)(nearest, stacks_.disparity(seen)), farthest = (std::min)(farthest, stacks_.disparity(seen));
             }
         const bool is_in_front = surface_.same_surface(nearest, c.disparity) && !surface_.same_surface(farthest, c.disparity);
         return is_in_front ? c.disparity - farthest : 0.0F;
@@ -144,9 +147,11 @@ private:
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
             const std::int32_t x = static_cast<std::int32_t>(std::floor(nearest_float(c.x) + t * normal.x));
             const std::int32_t y = static_cast<std::int32_t>(std::floor(nearest_float(c.y) + t * normal.y));
-            const float there = seen_at(x, y, c.disparity);
+            const std::int32_t seen = seen_at(x, y);
+            if (seen == no_pixel) break;
+            const float there = stacks_.disparity(seen);
             if (there >= c.disparity || surface_.same_surface(there, c.disparity)) break;
-            sum += nearest_float(seen_.matte(y, x)) / 255.0F;
+            sum += nearest_float(matte_[seen]) / 255.0F;
         }
         return sum;
     }
@@ -201,7 +206,8 @@ private:
     }
 
     const flat_mesh& flat_;
-    const visible_surfaces& seen_;
+    const pixel_stacks& stacks_;
+    array_view<const std::uint8_t> matte_;
     surface_rule surface_;
     const pinhole_camera& camera_;
     const depth_range& range_;

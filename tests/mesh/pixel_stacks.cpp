@@ -1,0 +1,35 @@
+#include <ldi/mesh/detail/pixel_stacks.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/support/random_graph.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+
+TEST_CASE("a stack lists each pixel of its position once, the nearest first") {
+    std::size_t deepest = 0;
+    ldi::testing::for_random_graphs(31, 300, [&](const ldi::testing::random_layers& layers, std::mt19937& random) {
+        const ldi::graph& g = layers.topology();
+        ldi::buffer<float> disparity(g.size());
+        for (float& d : disparity) d = static_cast<float>(random() % 4);  // few values, so that many pixels are equally near
+        const ldi::detail::pixel_stacks stacks(g, disparity);
+        for (std::int32_t y = 0; y < g.height(); ++y)
+            for (std::int32_t x = 0; x < g.width(); ++x) {
+                ldi::buffer<std::int32_t> expected, found;
+                for (std::int32_t i = 0; i < g.count(); ++i)
+                    if (g.x()[i] == x && g.y()[i] == y) expected.push_back(i);
+                stacks.for_each(x, y, [&](std::int32_t pixel) { found.push_back(pixel); });
+                const auto nearest = std::max_element(expected.begin(), expected.end(), [&](std::int32_t a, std::int32_t b) {
+                    return disparity[a] < disparity[b];
+                });
+                REQUIRE(stacks.nearest(x, y) == (expected.empty() ? ldi::no_pixel : *nearest));
+                if (!found.empty()) REQUIRE(found.front() == *nearest);
+                std::sort(found.begin(), found.end());
+                REQUIRE(std::equal(found.begin(), found.end(), expected.begin(), expected.end()));
+                deepest = std::max(deepest, found.size());
+            }
+    });
+    REQUIRE(deepest > 2);
+}
