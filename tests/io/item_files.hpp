@@ -2,6 +2,7 @@
 #pragma once
 
 #include <tests/io/encoded_files.hpp>
+#include <tests/io/phone_files.hpp>
 #include <tests/support/files.hpp>
 
 #include <cstdint>
@@ -57,6 +58,7 @@ struct file_items {
         std::uint32_t id;
         std::string type;
         std::vector<std::pair<std::size_t, std::size_t>> extents;  ///< first byte in the data, and length
+        bool is_inside = false;                                    ///< the data are those in `inside`
     };
     struct reference {
         std::string type;
@@ -69,6 +71,7 @@ struct file_items {
     std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>> uses = {};  ///< per item: numbers of its properties, from 1
     std::vector<reference> references = {};
     std::size_t index_size = 0;  ///< bytes of an extent's index in 'iloc'
+    byte_string inside = {};     ///< data in the 'idat' box
 };
 
 /// Builds a file whose primary item has the id 1.
@@ -79,11 +82,12 @@ inline byte_string item_file(const file_items& of, const byte_string& data) {
         locations.push_back(static_cast<std::byte>(of.index_size));
         append(locations, number(of.items.size(), 2));
         for (const file_items::item& item : of.items) {
-            append(locations, number(item.id, 2)), append(locations, number(0, 4));
+            append(locations, number(item.id, 2)), append(locations, number(item.is_inside ? 1 : 0, 2));
+            append(locations, number(0, 2));
             append(locations, number(item.extents.size(), 2));
             for (const auto& [at, size] : item.extents) {
                 append(locations, byte_string(of.index_size));
-                append(locations, number(base + at, 4)), append(locations, number(size, 4));
+                append(locations, number(item.is_inside ? at : base + at, 4)), append(locations, number(size, 4));
             }
             byte_string entry = number(item.id, 2);
             append(entry, number(0, 2)), append(entry, bytes_of(item.type)), append(entry, number(0, 1));
@@ -113,6 +117,7 @@ inline byte_string item_file(const file_items& of, const byte_string& data) {
         append(properties, full_box("ipma", 0, uses));
         append(body, box("iprp", properties));
         if (!of.references.empty()) append(body, full_box("iref", 0, references));
+        if (!of.inside.empty()) append(body, box("idat", of.inside));
         return full_box("meta", 0, body);
     };
     byte_string file = box("ftyp", bytes_of(std::string_view("heic\0\0\0\0mif1heic", 16)));
@@ -145,6 +150,58 @@ inline coded_picture coded_picture_of(const byte_string& file) {
     if (result.configuration.empty()) result.type = "av01", result.configuration = find("av1C");
     result.data.erase(result.data.begin(), result.data.begin() + 8);
     return result;
+}
+
+/// Returns a HEIC file like those of an iPhone, turned by 270 degrees counterclockwise: a grid of tiles with a crop at its right
+/// and lower borders, a thumbnail, EXIF, a gain map, and disparity from 1 (black) to 3 (white) with its metadata.
+///
+/// tiles  rows x columns tiles of equal size, all with the same configuration
+inline byte_string phone_heic(const std::vector<coded_picture>& tiles, std::uint32_t columns, std::uint32_t tile_side,
+                              std::uint32_t width, std::uint32_t height, const coded_picture& disparity,
+                              std::uint32_t disparity_width, std::uint32_t disparity_height, const byte_string& exif) {
+    byte_string data;
+    const auto stored = [&](const byte_string& bytes) {
+        const std::size_t at = data.size();
+        append(data, bytes);
+        return std::vector{std::pair{at, bytes.size()}};
+    };
+    const byte_string color = box("colr", bytes_of(std::string_view("nclx\0\1\0\15\0\0\x80", 11)));  // sRGB as RGB, full range
+    file_items file{
+        .items = {},
+        .properties = {tiles.front().configuration, size_box(tile_side, tile_side), size_box(width, height),
+                       box("irot", bytes_of("\3")), color, disparity.configuration, size_box(disparity_width, disparity_height),
+                       auxiliary_box("urn:mpeg:hevc:2015:auxid:2"), auxiliary_box("urn:com:apple:photo:2020:aux:hdrgainmap"),
+                       full_box("pixi", 0, bytes_of("\3\10\10\10"))}};
+    constexpr std::uint32_t essential = 0x80;
+    const std::uint32_t count = static_cast<std::uint32_t>(tiles.size());
+    const std::uint32_t thumbnail = count + 2, gain = count + 3, depth = count + 4, photo_exif = count + 5, depth_xmp = count + 6,
+                        toned = count + 7;
+    file.inside = grid_data(count / columns, columns, width, height);
+    file.items.push_back({1, "grid", {{0, file.inside.size()}}, true});
+    file.uses.push_back({1, {3, essential | 4, 5, 10}});
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        all.push_back(i + 2);
+        file.items.push_back({i + 2, "hvc1", stored(tiles[i].data)});
+        file.uses.push_back({i + 2, {essential | 1, 2, 5, 10}});
+    }
+    file.items.push_back({thumbnail, "hvc1", stored(tiles.front().data)});
+    file.uses.push_back({thumbnail, {essential | 1, 2, essential | 4, 5, 10}});
+    file.items.push_back({gain, "hvc1", stored(disparity.data)});
+    file.uses.push_back({gain, {essential | 6, 7, essential | 4, 9}});
+    file.items.push_back({depth, "hvc1", stored(disparity.data)});
+    file.uses.push_back({depth, {essential | 6, 7, essential | 4, 8}});
+    byte_string block = big_endian(0, 4);
+    append(block, exif);
+    file.items.push_back({photo_exif, "Exif", stored(block)});
+    file.items.push_back({depth_xmp, "mime", stored(bytes_of(apple_packet("disparity", "1", "3")))});
+    const byte_string curve(62);
+    file.items.push_back({toned, "tmap", {{file.inside.size(), curve.size()}}, true});
+    append(file.inside, curve);
+    file.uses.push_back({toned, {3, 5}});
+    file.references = {{"dimg", 1, all},          {"thmb", thumbnail, {1}},     {"auxl", gain, {1}},       {"auxl", depth, {1}},
+                       {"cdsc", photo_exif, {1}}, {"cdsc", depth_xmp, {depth}}, {"dimg", toned, {1, gain}}};
+    return item_file(file, data);
 }
 
 /// Returns HEIC files, each with a name: their pictures lack data, contain themselves, or contain too many or too large pictures.

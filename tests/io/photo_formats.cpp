@@ -126,6 +126,49 @@ TEST_CASE("auxiliary depth pictures of HEIC and AVIF files are found, and alpha 
             REQUIRE(found.depth->disparity.data()[i] == Approx(both.data()[4 * i + 3] / 255.0).margin(1.01 / 255));
     }
 }
+
+TEST_CASE("a HEIC photo of a phone is read: a grid of 48 tiles, rotated, with EXIF, thumbnail, gain map and disparity") {
+    constexpr std::uint32_t rows = 6, columns = 8, side = 64, width = 500, height = 372;
+    const image<std::uint8_t> picture = smooth_picture(rows * side, columns * side, 3), gray = smooth_picture(72, 96, 1);
+    std::vector<coded_picture> tiles;
+    for (std::uint32_t row = 0; row < rows; ++row)
+        for (std::uint32_t column = 0; column < columns; ++column) {
+            image<std::uint8_t> tile(side, side, 3);
+            for (std::size_t y = 0; y < side; ++y)
+                std::copy_n(picture.row(row * side + y) + 3 * std::size_t{column * side}, 3 * side, tile.row(y));
+            const std::optional<byte_string> file = heif_file_of(tile);
+            if (!file) {
+                WARN("skipped: libheif has no HEVC encoder");
+                return;
+            }
+            tiles.push_back(coded_picture_of(*file));
+            REQUIRE(tiles.back().configuration == tiles.front().configuration);
+        }
+    image<std::uint8_t> as_color(gray.height(), gray.width(), 3);
+    for (std::size_t i = 0; i < as_color.size(); ++i) as_color.data()[i] = gray.data()[i / 3];
+    const byte_string file =
+        phone_heic(tiles, columns, side, width, height, coded_picture_of(*heif_file_of(as_color)), 96, 72, exif_bytes(6, 26));
+
+    const photo_with_depth found = decode_photo_with_depth(file);
+    CHECK(found.photo.focal_length_35mm == 26.0F);
+    REQUIRE(found.photo.color.height() == width);
+    REQUIRE(found.photo.color.width() == height);
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x)
+            for (std::size_t c = 0; c < 3; ++c) REQUIRE(found.photo.color(x, height - 1 - y, c) == picture(y, x, c));
+    INFO(found.refused);
+    REQUIRE(found.depth);
+    CHECK(found.depth->is_inverse_depth);
+    REQUIRE(found.depth->disparity.height() == 96);
+    for (std::size_t y = 0; y < 72; ++y)
+        for (std::size_t x = 0; x < 96; ++x) {
+            const double expected = 1 + 2 * gray(y, x) / 255.0;
+            REQUIRE(found.depth->disparity(x, 71 - y) == Approx(expected).margin(2.1 / 255));
+        }
+    const decoding_estimate estimate = estimate_photo_with_depth(file);
+    CHECK(estimate.height == height);
+    CHECK(estimate.width == width);
+}
 #endif
 
 #endif
