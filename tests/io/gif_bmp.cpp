@@ -71,18 +71,22 @@ TEST_CASE("transparent pixels of a GIF file, and pixels outside its first frame,
     image<std::uint8_t> expected = colors_of(shades);
     for (std::size_t c = 0; c < 3; ++c) expected(0, 1, c) = 255;  // the transparent shade
     CHECK(largest_difference(with_hole.color, expected) == 0);
-    const photo framed = decode_photo(gif_file(shades, {.left = 2, .top = 1, .screen_width = 8, .screen_height = 5}));
-    REQUIRE(framed.color.width() == 8);
-    CHECK(framed.color(0, 0, 0) == 255);
-    CHECK(framed.color(1, 2, 1) == colors_of(shades)(0, 0, 1));
-    CHECK(framed.color(3, 5, 0) == colors_of(shades)(2, 3, 0));
+    for (const unsigned background : {0U, 1U, 255U}) {
+        const photo framed = decode_photo(
+            gif_file(shades, {.left = 2, .top = 1, .screen_width = 8, .screen_height = 5, .background = background}));
+        REQUIRE(framed.color.width() == 8);
+        for (std::size_t c = 0; c < 3; ++c) CHECK(framed.color(0, 0, c) == 255);
+        CHECK(framed.color(1, 2, 1) == colors_of(shades)(0, 0, 1));
+        CHECK(framed.color(3, 5, 0) == colors_of(shades)(2, 3, 0));
+    }
 }
 
 TEST_CASE("BMP files of 8, 24 and 32 bits are decoded exactly, from bottom to top and from top to bottom") {
     const image<std::uint8_t> picture = smooth_picture(13, 22, 3);
     for (const std::uint32_t bits : {24U, 32U})
         for (const bool from_top : {false, true})
-            CHECK(largest_difference(decode_photo(bmp_file(picture, bits, from_top)).color, picture) == 0);
+            for (const std::size_t gap : {0U, 2U, 8U, 1024U})
+                CHECK(largest_difference(decode_photo(bmp_file(picture, bits, from_top, gap)).color, picture) == 0);
     image<std::uint8_t> gray = picture;
     for (std::size_t i = 0; i < gray.size(); ++i) gray.data()[i] = picture.data()[i / 3 * 3];
     CHECK(largest_difference(decode_photo(bmp_file(gray, 8)).color, gray) == 0);

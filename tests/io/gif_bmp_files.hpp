@@ -28,6 +28,7 @@ struct gif_writing {
     std::uint32_t left = 0, top = 0, screen_width = 0, screen_height = 0;
     bool animated = false;
     bool has_end_code = true, clears_table = true;
+    unsigned background = 0;  ///< index of the background color
 };
 
 /// A GIF file of an H x W x 1 picture of shades. If `clears_table`, clears the code table before codes exceed 9 bits.
@@ -37,7 +38,7 @@ inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writin
     byte_string file = bytes_of("GIF89a");
     append(file, little_endian(writing.screen_width != 0 ? writing.screen_width : width, 2));
     append(file, little_endian(writing.screen_height != 0 ? writing.screen_height : height, 2));
-    append(file, bytes_of(std::string_view("\xF7\0\0", 3)));
+    file.push_back(std::byte{0xF7}), file.push_back(static_cast<std::byte>(writing.background)), file.push_back(std::byte{0});
     for (unsigned i = 0; i < 256; ++i)
         for (const std::uint8_t v : shade(i)) file.push_back(std::byte{v});
     append(file, bytes_of(std::string_view("\x21\xFE\5hello\0", 9)));
@@ -89,11 +90,13 @@ inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writin
 }
 
 /// A BMP file of an H x W x 3 picture with 24 or 32 bits, or with 8 bits and a palette of grays.
-inline byte_string bmp_file(const image<std::uint8_t>& picture, std::uint32_t bits = 24, bool from_top = false) {
+/// gap  bytes between the header and the pixels; they may be an unused palette
+inline byte_string bmp_file(const image<std::uint8_t>& picture, std::uint32_t bits = 24, bool from_top = false,
+                            std::size_t gap = 0) {
     const std::uint32_t width = static_cast<std::uint32_t>(picture.width()),
                         height = static_cast<std::uint32_t>(picture.height());
     const std::size_t row = (picture.width() * bits + 31) / 32 * 4;
-    const std::uint32_t begin = 54 + (bits == 8 ? 1024 : 0);
+    const std::uint32_t begin = static_cast<std::uint32_t>(54 + (bits == 8 ? 1024 : gap));
     byte_string file = bytes_of("BM");
     append(file, little_endian(static_cast<std::uint32_t>(begin + row * height), 4));
     append(file, little_endian(0, 4)), append(file, little_endian(begin, 4));
@@ -102,6 +105,7 @@ inline byte_string bmp_file(const image<std::uint8_t>& picture, std::uint32_t bi
     append(file, little_endian(1, 2)), append(file, little_endian(bits, 2));
     append(file, byte_string(24));
     for (unsigned i = 0; bits == 8 && i < 256; ++i) append(file, little_endian(i * 0x010101, 4));
+    if (bits > 8) append(file, byte_string(gap));
     for (std::size_t line = 0; line < height; ++line) {
         const std::size_t y = from_top ? line : height - 1 - line, end = file.size() + row;
         for (std::size_t x = 0; x < width; ++x) {

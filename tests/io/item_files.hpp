@@ -32,9 +32,11 @@ inline byte_string size_box(std::uint32_t width, std::uint32_t height) {
     return full_box("ispe", 0, body);
 }
 
-inline byte_string auxiliary_box(std::string_view type) {
+/// messages  SEI messages about the auxiliary picture
+inline byte_string auxiliary_box(std::string_view type, std::string_view messages = {}) {
     byte_string body = bytes_of(type);
     body.push_back(std::byte{0});
+    append(body, bytes_of(messages));
     return full_box("auxC", 0, body);
 }
 

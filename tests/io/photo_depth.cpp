@@ -267,6 +267,9 @@ TEST_CASE(
     CHECK(is_whole(beside([](std::size_t y, std::size_t x, std::size_t) {  // another gray photo, with much detail
         return static_cast<std::uint8_t>(40 * ((7 * x + 3 * y) % 5) + y);
     })));
+    CHECK(is_whole(beside([](std::size_t y, std::size_t x, std::size_t) {  // a page of text: white, a tenth of it gray
+        return static_cast<std::uint8_t>(x % 10 == 9 ? 10 * y : 255);
+    })));
     CHECK(is_whole(beside([&](std::size_t y, std::size_t x, std::size_t) {  // a gray copy of the left half
         return static_cast<std::uint8_t>((left(y, x, 0) + left(y, x, 1) + left(y, x, 2)) / 3);
     })));

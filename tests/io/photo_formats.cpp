@@ -127,6 +127,41 @@ TEST_CASE("auxiliary depth pictures of HEIC and AVIF files are found, and alpha 
     }
 }
 
+TEST_CASE("a HEIC depth picture of distances without a range is inverted; without any statement, white near is a guess") {
+    image<std::uint8_t> gray(64, 64, 3);
+    for (std::size_t i = 0; i < gray.size(); ++i) gray.data()[i] = static_cast<std::uint8_t>(i / 3 % 256);
+    const std::optional<byte_string> coded = heif_file_of(gray);
+    if (!coded) {
+        WARN("skipped: libheif has no HEVC encoder");
+        return;
+    }
+    const coded_picture picture = coded_picture_of(*coded);
+    const auto depth_of = [&](std::string_view messages) {
+        const byte_string color = box("colr", bytes_of(std::string_view("nclx\0\1\0\15\0\0\x80", 11)));
+        const std::vector<std::pair<std::size_t, std::size_t>> place = {{0, picture.data.size()}};
+        const photo_with_depth found = decode_photo_with_depth(
+            item_file({{{1, "hvc1", place}, {2, "hvc1", place}},
+                       {picture.configuration, size_box(64, 64), color, auxiliary_box("urn:mpeg:hevc:2015:auxid:2", messages)},
+                       {{1, {1, 2, 3}}, {2, {1, 2, 4}}},
+                       {{"auxl", 2, {1}}}},
+                      picture.data));
+        INFO(found.refused);
+        REQUIRE(found.depth);
+        return *found.depth;
+    };
+    const photo_depth unstated = depth_of({});
+    CHECK(unstated.is_white_near_a_guess);
+    CHECK(unstated.disparity(0, 51) == Approx(0.2).margin(0.005));
+    // the length of all messages, then one with its length: depth representation information of type 2 (uniform Z), no numbers
+    const photo_depth distances = depth_of(std::string_view("\0\0\0\x9\0\0\0\5\x4e\1\xb1\1\7", 13));
+    CHECK_FALSE(distances.is_white_near_a_guess);
+    CHECK(distances.disparity(0, 51) == Approx(0.8).margin(0.005));
+    // type 1, uniform disparity
+    const photo_depth disparities = depth_of(std::string_view("\0\0\0\x9\0\0\0\5\x4e\1\xb1\1\5", 13));
+    CHECK_FALSE(disparities.is_white_near_a_guess);
+    CHECK(disparities.disparity(0, 51) == Approx(0.2).margin(0.005));
+}
+
 TEST_CASE("a HEIC photo of a phone is read: a grid of 48 tiles, rotated, with EXIF, thumbnail, gain map and disparity") {
     constexpr std::uint32_t rows = 6, columns = 8, side = 64, width = 500, height = 372;
     const image<std::uint8_t> picture = smooth_picture(rows * side, columns * side, 3), gray = smooth_picture(72, 96, 1);
@@ -168,6 +203,43 @@ TEST_CASE("a HEIC photo of a phone is read: a grid of 48 tiles, rotated, with EX
     const decoding_estimate estimate = estimate_photo_with_depth(file);
     CHECK(estimate.height == height);
     CHECK(estimate.width == width);
+}
+#endif
+
+#if defined(LDI_WITH_LCMS2)
+TEST_CASE("HEIC and AVIF photos in PQ and HLG keep light up to half a white page, and their highlights approach white") {
+    image<std::uint8_t> ramp(64, 256, 3);
+    for (std::size_t i = 0; i < ramp.size(); ++i) ramp.data()[i] = static_cast<std::uint8_t>(i / 3 % 256);
+    const std::optional<byte_string> coded = heif_file_of(ramp);
+    if (!coded) {
+        WARN("skipped: libheif has no HEVC encoder");
+        return;
+    }
+    const coded_picture picture = coded_picture_of(*coded);
+    for (const char transfer : {'\x10', '\x12'})
+        for (const char primaries : {'\1', '\x9'}) {
+            const char codes[] = {0, primaries, 0, transfer, 0, 0, '\x80'};  // as RGB, full range
+            byte_string color = bytes_of("nclx");
+            append(color, bytes_of(std::string_view(codes, sizeof codes)));
+            const photo decoded = decode_photo(item_file({{{1, "hvc1", {{0, picture.data.size()}}}},
+                                                          {picture.configuration, size_box(256, 64), box("colr", color)},
+                                                          {{1, {1, 2, 3}}}},
+                                                         picture.data));
+            CAPTURE(int{transfer}, int{primaries});
+            for (std::size_t x = 0; x < 256; ++x) {
+                const double sample = static_cast<double>(x) / 255;
+                // BT.2100, tables 4 and 5: light in cd/m2 on a display with a peak of 10,000 (PQ) or 1,000 (HLG)
+                const double power = std::pow(sample, 1 / 78.84375);
+                const double pq =
+                    10000 * std::pow(std::max(power - 0.8359375, 0.0) / (18.8515625 - 18.6875 * power), 1 / 0.1593017578125);
+                const double scene =
+                    sample <= 0.5 ? sample * sample / 3 : (std::exp((sample - 0.55991073) / 0.17883277) + 0.28466892) / 12;
+                const double light = (transfer == '\x10' ? pq : 1000 * std::pow(scene, 1.2)) / 203;
+                const double shown = light <= 0.5 ? light : 1 - 0.5 * std::exp(1 - 2 * light);
+                const double expected = 255 * (shown <= 0.0031308 ? 12.92 * shown : 1.055 * std::pow(shown, 1 / 2.4) - 0.055);
+                for (std::size_t c = 0; c < 3; ++c) REQUIRE(decoded.color(10, x, c) == Approx(expected).margin(2.5));
+            }
+        }
 }
 #endif
 

@@ -30,6 +30,24 @@ TEST_CASE("16-bit PNG files are lossless") {
         if (back.data()[i] != static_cast<float>(i)) FAIL("value " << i);
 }
 
+TEST_CASE("16-bit PNG files state no color space, by which other programs would convert a depth map") {
+    const std::vector<std::byte> file = encode_png(image<std::uint16_t>(30, 40, 1, 7));
+    std::string chunks;
+    for (std::size_t at = 8; at < file.size(); at += 12 + detail::big_endian_32(file, at))
+        chunks += std::string(reinterpret_cast<const char*>(file.data()) + at + 4, 4) + ' ';
+    CHECK(chunks == "IHDR IDAT IEND ");
+}
+
+TEST_CASE("the encoders refuse pictures without pixels, or with a number of channels other than one or three") {
+    for (const std::size_t channels : {2U, 4U}) {
+        CHECK(raised([&] { encode_png(image<std::uint8_t>(3, 4, channels)); }) == error_code::mismatch);
+        CHECK(raised([&] { encode_jpeg(image<std::uint8_t>(3, 4, channels)); }) == error_code::mismatch);
+    }
+    CHECK(raised([] { encode_png(image<std::uint16_t>(3, 4, 3)); }) == error_code::mismatch);
+    CHECK(raised([] { encode_png(image<std::uint8_t>(0, 4, 3)); }) == error_code::mismatch);
+    CHECK(raised([] { encode_jpeg(image<std::uint8_t>(3, 0, 3)); }) == error_code::mismatch);
+}
+
 TEST_CASE("JPEG files are close to the picture, larger at higher quality, and have half the chroma resolution up to quality 90") {
     const image<std::uint8_t> picture = smooth_picture(40, 44, 3);
     const auto error_at = [&](int quality) {

@@ -52,11 +52,12 @@ inline namespace LDI_READERS {
 /// libraries.
 ///
 /// Applies the EXIF orientation. If ldi::io was configured with Little CMS, converts colors to sRGB from the file's ICC profile,
-/// or from its color primaries if they are Display P3 or BT.2020. Converts gray to RGB. Converts Adobe CMYK and YCCK to RGB, but
-/// ignores their profiles. Keeps the upper 8 of 16 bits. Composites transparent pixels on white. Reads the first frame of an
-/// animated GIF and the default picture of an animated PNG, usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the
-/// result is the photo as a screen without HDR shows it. While it decodes HEIC or AVIF, glibc fills with zeros what any thread
-/// allocates, because damaged pictures would otherwise show old memory contents.
+/// or from its color primaries if they are Display P3 or BT.2020, and maps the light of PQ and HLG photos (HEIC, AVIF) to the
+/// range of ordinary screens. Converts gray to RGB. Converts Adobe CMYK and YCCK to RGB, but ignores their profiles. Keeps the
+/// upper 8 of 16 bits. Composites transparent pixels on white. Reads the first frame of an animated GIF and the default picture
+/// of an animated PNG, usually its first frame; refuses animated WebP. Ignores gain maps (Ultra HDR, HEIC): the result is the
+/// photo as a screen without HDR shows it. While it decodes HEIC or AVIF, glibc fills with zeros what any thread allocates,
+/// because damaged pictures would otherwise show old memory contents.
 ///
 /// where  name of the photo in messages
 ///
@@ -131,7 +132,12 @@ inline bool is_plain(std::span<const std::byte> bytes) {
 /// header  header of the file; a decoding_budget must have granted the picture's memory
 inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
     stored_photo photo;
-    photo.picture = decode_picture<std::uint8_t>(bytes, header, where);
+    if (header.format == picture_format::gif)
+        photo.picture = decode_picture<std::uint8_t>(plain_gif(bytes), header, where);
+    else if (header.format == picture_format::bmp && bmp_gap(bytes) > 0)
+        photo.picture = decode_picture<std::uint8_t>(plain_bmp(bytes), header, where);
+    else
+        photo.picture = decode_picture<std::uint8_t>(bytes, header, where);
     const exif_facts facts = read_exif(header.exif);
     photo.orientation = facts.orientation, photo.focal_length_35mm = facts.focal_length_35mm;
     photo.profile.icc =

@@ -184,7 +184,7 @@ inline std::optional<photo_depth> find_depth_inside([[maybe_unused]] std::span<c
 #endif
     if (found)
         return photo_depth{turn_upright(std::move(found->disparity), orientation), found->is_inverse_depth, found->is_metric,
-                           false, std::move(found->source)};
+                           found->is_white_near_a_guess, std::move(found->source)};
 #endif
     return std::nullopt;
 }

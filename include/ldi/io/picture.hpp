@@ -3,7 +3,9 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/formats/picture_header.hpp>
 #include <ldi/io/detail/readers.hpp>
 #include <ldi/io/file.hpp>
 
@@ -27,13 +29,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 inline namespace LDI_READERS {
 
-/// Encodes an H x W x 1 or H x W x 3 picture as JPEG. Each side must have 1 to 65,500 pixels, and the samples must occupy less
+/// Encodes an H x W x 1 or H x W x 3 picture as JPEG. Each side must have at most 65,500 pixels, and the samples must occupy less
 /// than 2 GB. At quality 90 and below, chroma is subsampled (4:2:0). Uses libjpeg, or stb_image_write if ldi::io was configured
 /// without libjpeg; the file sizes of the two encoders differ by half a percent.
 ///
 /// quality  1 to 100
 ///
-/// Raises invalid_option for any other quality, too_large for any other size, and out_of_memory.
+/// Raises invalid_option for any other quality, too_large for any other size, mismatch for a picture with another number of
+/// channels or without pixels, and out_of_memory.
 std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture, int quality = 85);
 
 /// Encodes an image with encode_jpeg() and writes it to a file; also raises file_access.
@@ -43,11 +46,12 @@ inline void save_jpeg(const std::filesystem::path& path, image_view<const std::u
 
 }  // inline namespace
 
-/// Encodes an H x W x 1 or H x W x 3 image with at least one pixel as PNG. Raises too_large, out_of_memory.
+/// Encodes an H x W x 1 or H x W x 3 image with at least one pixel as PNG. Raises mismatch for any other shape, too_large,
+/// out_of_memory.
 std::vector<std::byte> encode_png(image_view<const std::uint8_t> picture);
 
-/// Encodes an H x W x 1 image with at least one pixel as 16-bit gray PNG, the format of depth maps. Raises too_large,
-/// out_of_memory.
+/// Encodes an H x W x 1 image with at least one pixel as 16-bit gray PNG, the format of depth maps. Raises mismatch for any other
+/// shape, too_large, out_of_memory.
 std::vector<std::byte> encode_png(image_view<const std::uint16_t> picture);
 
 /// Encodes an image with encode_png() and writes it to a file; also raises file_access.
@@ -58,9 +62,26 @@ void save_png(const std::filesystem::path& path, const image<Scalar>& picture) {
 
 namespace detail {
 
+/// Raises mismatch unless the picture has pixels, and one channel or `max_channels`.
+template <class Scalar>
+void check_picture(image_view<const Scalar> picture, std::size_t max_channels, const char* where) {
+    const bool has_channels = picture.channels() == 1 || picture.channels() == max_channels;
+    if (picture.height() == 0 || picture.width() == 0 || !has_channels)
+        raise(error_code::mismatch, where, max_channels == 1 ? "H x W x 1, with pixels" : "H x W x 1 or H x W x 3, with pixels",
+              shape_text(picture));
+}
+
+/// Removes the chunks between a PNG file's header and its data. For 16-bit gray, libpng states linear light there, and other
+/// programs would convert the values of a depth map.
+inline void drop_color_space(std::vector<std::byte>& png) {
+    constexpr std::size_t begin = 8 + 12 + 13;  // after the signature and the header's chunk
+    std::size_t end = begin;
+    while (!has_text(png, end + 4, "IDAT")) end += 12 + big_endian_32(png, end);
+    png.erase(png.begin() + begin, png.begin() + static_cast<std::ptrdiff_t>(end));
+}
+
 template <class Scalar>
 std::vector<std::byte> encode_png_as(image_view<const Scalar> picture, png_uint_32 format) {
-    LDI_ASSERT(picture.height() > 0 && picture.width() > 0);
     const auto too_large = [&](const char* reason) {
         raise(error_code::too_large, "encode_png", "a picture that fits in a PNG file",
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()) + " pixels: " + reason);
@@ -90,8 +111,7 @@ std::vector<std::byte> encode_png_as(image_view<const Scalar> picture, png_uint_
 inline namespace LDI_READERS {
 
 inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture, int quality) {
-    LDI_ASSERT(picture.channels() == 1 || picture.channels() == 3);
-    LDI_ASSERT(picture.height() > 0 && picture.width() > 0);
+    detail::check_picture(picture, 3, "encode_jpeg");
     constexpr std::size_t max_side = 65500;  // limit of libjpeg
     if (quality < 1 || quality > 100) raise(error_code::invalid_option, "JPEG quality", "1 to 100", std::to_string(quality));
     if (picture.height() > max_side || picture.width() > max_side ||
@@ -120,13 +140,15 @@ inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture
 }  // inline namespace
 
 inline std::vector<std::byte> encode_png(image_view<const std::uint8_t> picture) {
-    LDI_ASSERT(picture.channels() == 1 || picture.channels() == 3);
+    detail::check_picture(picture, 3, "encode_png");
     return detail::encode_png_as(picture, picture.channels() == 3 ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY);
 }
 
 inline std::vector<std::byte> encode_png(image_view<const std::uint16_t> picture) {
-    LDI_ASSERT(picture.channels() == 1);
-    return detail::encode_png_as(picture, PNG_FORMAT_LINEAR_Y);
+    detail::check_picture(picture, 1, "encode_png");
+    std::vector<std::byte> bytes = detail::encode_png_as(picture, PNG_FORMAT_LINEAR_Y);
+    detail::drop_color_space(bytes);
+    return bytes;
 }
 
 }}  // namespace ldi

@@ -1,5 +1,5 @@
-// Converts colors from a photo's color space (an ICC profile or the H.273 code of its primaries) to sRGB with Little CMS. Many
-// phones store photos in Display P3. If interpreted as sRGB, the colors of such photos look pale.
+// Converts colors from a photo's color space (an ICC profile or H.273 codes) to sRGB with Little CMS. Many phones store photos in
+// Display P3. If interpreted as sRGB, the colors of such photos look pale.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -124,9 +125,41 @@ struct transform_deleter {
 };
 using profile_handle = std::unique_ptr<void, profile_closer>;
 
+/// Light of a high dynamic range, in units of a white page (203 cd/m2, ITU-R BT.2408).
+///
+/// transfer  of H.273: 16 for PQ (SMPTE ST 2084), 18 for HLG (ITU-R BT.2100; the display's gamma of 1.2 applies to each channel)
+/// sample    0 to 1
+inline double light_of(unsigned transfer, double sample) {
+    constexpr double white = 203;
+    if (transfer == 16) {
+        const double power = std::pow(sample, 32 / 2523.0);
+        return 10000 / white * std::pow((std::max)(power - 0.8359375, 0.0) / (18.8515625 - 18.6875 * power), 16384 / 2610.0);
+    }
+    const double scene = sample <= 0.5 ? sample * sample / 3 : (std::exp((sample - 0.55991073) / 0.17883277) + 0.28466892) / 12;
+    return 1000 / white * std::pow(scene, 1.2);
+}
+
+/// Maps light of a high dynamic range to 0 to 1. Keeps light up to half of a white page; highlights approach 1 gradually.
+inline double tone_mapped(double light) {
+    constexpr double kept = 0.5;
+    return light <= kept ? light : 1 - (1 - kept) * std::exp((kept - light) / (1 - kept));
+}
+
+/// Returns the curve from samples to light: that of sRGB, or for PQ and HLG a curve that includes tone mapping.
+inline cmsToneCurve* make_tone_curve(cmsContext context, unsigned transfer) {
+    if (transfer != 16 && transfer != 18) {
+        const double srgb[5] = {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
+        return cmsBuildParametricToneCurve(context, 4, srgb);
+    }
+    std::array<float, 1024> table;
+    for (std::size_t i = 0; i < table.size(); ++i)
+        table[i] = static_cast<float>(tone_mapped(light_of(transfer, static_cast<double>(i) / (table.size() - 1))));
+    return cmsBuildTabulatedToneCurveFloat(context, table.size(), table.data());
+}
+
 /// Opens the profile. Returns null if an ICC profile is damaged or contains multi-process elements (tags D2B0 to D2B3). No
 /// camera writes these elements, and evaluating them may take hours. Also returns null if the primaries are neither BT.2020 nor
-/// Display P3.
+/// Display P3, nor those of sRGB with PQ or HLG.
 inline profile_handle open_profile(cmsContext context, const color_profile& profile) {
     if (!profile.icc.empty()) {
         profile_handle opened(
@@ -135,15 +168,17 @@ inline profile_handle open_profile(cmsContext context, const color_profile& prof
             if (opened && cmsIsTag(opened.get(), tag) != 0) return nullptr;
         return opened;
     }
+    const bool is_high_dynamic_range = profile.transfer == 16 || profile.transfer == 18;
     cmsCIExyY white = {0.3127, 0.3290, 1.0};
-    cmsCIExyYTRIPLE p3 = {{0.680, 0.320, 1.0}, {0.265, 0.690, 1.0}, {0.150, 0.060, 1.0}};
-    cmsCIExyYTRIPLE bt2020 = {{0.708, 0.292, 1.0}, {0.170, 0.797, 1.0}, {0.131, 0.046, 1.0}};
-    if (profile.primaries != 9 && profile.primaries != 12) return nullptr;
-    double curve_of_srgb[5] = {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
-    cmsToneCurve* const curve = cmsBuildParametricToneCurve(context, 4, curve_of_srgb);
+    const cmsCIExyYTRIPLE srgb = {{0.640, 0.330, 1.0}, {0.300, 0.600, 1.0}, {0.150, 0.060, 1.0}};
+    const cmsCIExyYTRIPLE p3 = {{0.680, 0.320, 1.0}, {0.265, 0.690, 1.0}, {0.150, 0.060, 1.0}};
+    const cmsCIExyYTRIPLE bt2020 = {{0.708, 0.292, 1.0}, {0.170, 0.797, 1.0}, {0.131, 0.046, 1.0}};
+    if (profile.primaries != 9 && profile.primaries != 12 && !(profile.primaries == 1 && is_high_dynamic_range)) return nullptr;
+    const cmsCIExyYTRIPLE& primaries = profile.primaries == 12 ? p3 : profile.primaries == 9 ? bt2020 : srgb;
+    cmsToneCurve* const curve = make_tone_curve(context, profile.transfer);
     if (curve == nullptr) return nullptr;
     cmsToneCurve* curves[3] = {curve, curve, curve};
-    profile_handle made(cmsCreateRGBProfileTHR(context, &white, profile.primaries == 12 ? &p3 : &bt2020, curves));
+    profile_handle made(cmsCreateRGBProfileTHR(context, &white, &primaries, curves));
     cmsFreeToneCurve(curve);
     return made;
 }

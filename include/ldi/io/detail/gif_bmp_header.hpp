@@ -1,6 +1,6 @@
-// Reads the headers of GIF and BMP files before stb_image decodes them. Checks that the files are complete, because stb_image
-// does not. Also counts the pixels that the codes of a GIF file produce, because this number determines the time that stb_image
-// needs to decode the file.
+// Reads the headers of GIF and BMP files before stb_image decodes them, and changes headers that stb_image reads differently than
+// other programs. Checks that the files are complete, because stb_image does not. Also counts the pixels that the codes of a GIF
+// file produce, because this number determines the time that stb_image needs to decode the file.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -26,7 +27,8 @@ public:
         need(13);
         header.width = little_endian_16(bytes_, 6), header.height = little_endian_16(bytes_, 8);
         if (header.width == 0 || header.height == 0) broken("an empty picture");
-        header.memory_per_pixel = 9;  // RGBA, RGBA of the background, and a byte that marks covered pixels
+        header.memory_per_pixel = 9;                         // RGBA, RGBA of the background, and a byte that marks covered pixels
+        header.more_memory = nearest_double(bytes_.size());  // plain_gif()
         at_ = 13 + color_table(byte_at(bytes_, 10));
         for (;;) {
             need(1);
@@ -108,6 +110,32 @@ inline picture_header read_gif_header(std::span<const std::byte> bytes, const st
     return gif_header_reader(bytes, where).read();
 }
 
+/// Returns the file with background color 0. stb_image would fill the picture with any other background color; all other programs
+/// leave it transparent.
+inline std::vector<std::byte> plain_gif(std::span<const std::byte> bytes) {
+    std::vector<std::byte> file(bytes.begin(), bytes.end());
+    file[11] = std::byte{0};
+    return file;
+}
+
+/// Returns the number of bytes between the header of a BMP file and its pixels, or 0 if the colors of a palette are there.
+inline std::size_t bmp_gap(std::span<const std::byte> bytes) {
+    const std::size_t data = little_endian_32(bytes, 10), header_size = little_endian_32(bytes, 14);
+    if (header_size < 40 || little_endian_16(bytes, 28) < 16) return 0;
+    const std::size_t masks = header_size == 40 && little_endian_32(bytes, 30) == 3 ? 12 : 0;
+    const std::size_t begin = 14 + header_size + masks;
+    return data > begin ? data - begin : 0;
+}
+
+/// Returns the file without the gap after its header, which stb_image would refuse.
+inline std::vector<std::byte> plain_bmp(std::span<const std::byte> bytes) {
+    const std::size_t gap = bmp_gap(bytes), data = little_endian_32(bytes, 10), begin = data - gap;
+    std::vector<std::byte> file(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(begin));
+    file.insert(file.end(), bytes.begin() + static_cast<std::ptrdiff_t>(data), bytes.end());
+    for (std::size_t i = 0; i < 4; ++i) file[10 + i] = static_cast<std::byte>(begin >> 8 * i & 255);
+    return file;
+}
+
 /// Reads the header of a BMP file. Raises invalid_data, unsupported (compressed data).
 inline picture_header read_bmp_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::bmp, where, found); };
@@ -134,7 +162,8 @@ inline picture_header read_bmp_header(std::span<const std::byte> bytes, const st
     picture_header header;
     header.format = picture_format::bmp;
     header.width = width, header.height = height;
-    header.memory_per_pixel = 7;  // 4 for RGBA, then 3 for RGB
+    header.memory_per_pixel = 7;                                                // 4 for RGBA, then 3 for RGB
+    if (bmp_gap(bytes) > 0) header.more_memory = nearest_double(bytes.size());  // plain_bmp()
     return header;
 }
 

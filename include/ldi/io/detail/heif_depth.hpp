@@ -17,30 +17,37 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns the meaning of a depth picture's values. Returns an empty result if the file states no range or a nonuniform
-/// disparity; only the order of distances is known then.
-inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo, const heif_image_handle* depth, heif_item_id id,
-                                                 decoding_budget& budget, const std::string& where) {
+/// What a file states about the values of its depth picture.
+struct heif_depth_facts {
+    std::optional<depth_meaning> meaning;  ///< empty if the file states no range, or a nonuniform disparity
+    bool is_order_known = false;           ///< whether the file states that values are disparities or distances
+    bool is_distance = false;              ///< whether larger values are farther
+};
+
+inline heif_depth_facts heif_facts(const heif_image_handle* photo, const heif_image_handle* depth, heif_item_id id,
+                                   decoding_budget& budget, const std::string& where) {
     xmp_properties xmp;
     for (const std::vector<std::byte>& block : heif_metadata(depth, "mime", budget, where)) xmp.add(block, budget, where);
-    if (const std::optional<depth_meaning> meaning = apple_meaning(xmp)) return meaning;
+    if (const std::optional<depth_meaning> meaning = apple_meaning(xmp)) return {meaning, true, false};
     const heif_depth_representation_info* stated = nullptr;
-    if (heif_image_handle_get_depth_image_representation_info(photo, id, &stated) == 0) return std::nullopt;
+    if (heif_image_handle_get_depth_image_representation_info(photo, id, &stated) == 0) return {};
     const std::unique_ptr<const heif_depth_representation_info, heif_deleter> info(stated);
+    heif_depth_facts facts{std::nullopt, true, info->depth_representation_type == heif_depth_representation_type_uniform_Z};
     const bool has_disparities = info->has_d_min != 0 && info->has_d_max != 0,
                has_distances = info->has_z_near != 0 && info->has_z_far != 0;
     switch (info->depth_representation_type) {
         case heif_depth_representation_type_uniform_disparity:
-            if (has_disparities) return depth_meaning{depth_coding::disparity, info->d_min, info->d_max, 0};
-            return std::nullopt;
+            if (has_disparities) facts.meaning = depth_meaning{depth_coding::disparity, info->d_min, info->d_max, 0};
+            break;
         case heif_depth_representation_type_uniform_inverse_Z:  // white is at z_near
-            if (has_distances) return depth_meaning{depth_coding::range_inverse, info->z_far, info->z_near, 0};
-            return std::nullopt;
+            if (has_distances) facts.meaning = depth_meaning{depth_coding::range_inverse, info->z_far, info->z_near, 0};
+            break;
         case heif_depth_representation_type_uniform_Z:
-            if (has_distances) return depth_meaning{depth_coding::range_linear, info->z_near, info->z_far, 0};
-            return std::nullopt;
-        default: return std::nullopt;
+            if (has_distances) facts.meaning = depth_meaning{depth_coding::range_linear, info->z_near, info->z_far, 0};
+            break;
+        default: break;
     }
+    return facts;
 }
 
 /// Returns the brightness of a picture's pixels, H x W x 1, from 0 to 1.
@@ -77,10 +84,14 @@ inline std::optional<found_depth> find_heif_depth(std::span<const std::byte> byt
     const heif_picture_handle depth(handle);
     const std::optional<double> charged = file.items.take_depth(budget);
     if (!charged) return std::nullopt;
-    const std::optional<depth_meaning> meaning = heif_meaning(file.primary.get(), depth.get(), id, budget, here);
+    const auto [meaning, is_order_known, is_distance] = heif_facts(file.primary.get(), depth.get(), id, budget, here);
     const heif_pixels pixels = decode_heif_pixels(depth.get(), heif_colorspace_undefined, heif_chroma_undefined, *charged, here);
     image<float> values = heif_gray(pixels.get(), here);
-    if (!meaning) return found_depth{std::move(values), false, "HEIC depth without a range", false};
+    if (!meaning) {
+        if (is_distance)
+            for (float& v : values) v = 1.0F - v;
+        return found_depth{std::move(values), false, "HEIC depth without a range", false, !is_order_known};
+    }
     return found_depth{to_disparity(std::move(values), *meaning, here), meaning->unit > 0,
                        meaning->coding == depth_coding::disparity ? "HEIC disparity" : "HEIC depth"};
 }

@@ -135,8 +135,8 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
     return blocks;
 }
 
-/// Returns the ICC profile. If there is no ICC profile, returns the number of the color primaries (ITU-T H.273), unless the
-/// transfer curve is PQ or HLG.
+/// Returns the ICC profile. If there is no ICC profile, returns the numbers of the color primaries and of the transfer curve
+/// (ITU-T H.273).
 inline color_profile heif_profile(const heif_image_handle* handle) {
     color_profile profile;
     const std::size_t size = heif_image_handle_get_raw_color_profile_size(handle);
@@ -149,9 +149,8 @@ inline color_profile heif_profile(const heif_image_handle* handle) {
     const heif_error said = heif_image_handle_get_nclx_color_profile(handle, &stated);
     const std::unique_ptr<heif_color_profile_nclx, heif_deleter> owner(stated);
     if (said.code != heif_error_Ok || !owner) return profile;
-    const bool is_high_dynamic_range = stated->transfer_characteristics == heif_transfer_characteristic_ITU_R_BT_2100_0_PQ ||
-                                       stated->transfer_characteristics == heif_transfer_characteristic_ITU_R_BT_2100_0_HLG;
-    if (!is_high_dynamic_range) profile.primaries = static_cast<unsigned>(stated->color_primaries);
+    profile.primaries = static_cast<unsigned>(stated->color_primaries);
+    profile.transfer = static_cast<unsigned>(stated->transfer_characteristics);
     return profile;
 }
 

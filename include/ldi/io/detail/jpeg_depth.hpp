@@ -28,7 +28,8 @@ struct found_depth {
     image<float> disparity;  ///< in the stored orientation
     bool is_metric = false;
     std::string source;
-    bool is_inverse_depth = true;  ///< if false, only the order of distances is known
+    bool is_inverse_depth = true;        ///< if false, only the order of distances is known
+    bool is_white_near_a_guess = false;  ///< whether the file does not state whether white is near
 };
 
 /// Depth that was found in a file, but not decoded yet.

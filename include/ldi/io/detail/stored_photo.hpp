@@ -23,10 +23,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Scanner profiles take about half a megabyte.
 inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
 
-/// Color space of samples: sRGB if `icc` is empty and `primaries` is 0.
+/// Color space of samples: sRGB if `icc` is empty and both numbers are 0.
 struct color_profile {
     std::vector<std::byte> icc;
-    unsigned primaries = 0;  ///< H.273 ColourPrimaries (9 BT.2020, 12 Display P3), with sRGB's transfer curve; 0 if unknown
+    unsigned primaries = 0;  ///< H.273 ColourPrimaries: 1 sRGB's, 9 BT.2020, 12 Display P3; 0 if unknown
+    unsigned transfer = 0;   ///< H.273 TransferCharacteristics: 16 PQ, 18 HLG; any other number counts as sRGB's curve
 };
 
 struct stored_photo {
