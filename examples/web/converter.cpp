@@ -288,10 +288,10 @@ EMSCRIPTEN_KEEPALIVE int web_accept(const std::uint8_t* color, std::size_t heigh
 /// disparity  height x width
 /// source     description of the depth
 EMSCRIPTEN_KEEPALIVE int web_add_depth(const float* disparity, std::size_t height, std::size_t width, int is_inverse_depth,
-                                       int is_metric, const char* source) {
+                                       int is_metric, int is_white_near_a_guess, const char* source) {
     return attempt([&] {
-        state().input.value().depth =
-            photo_depth{copy_of(disparity, height, width, 1), is_inverse_depth != 0, is_metric != 0, false, source};
+        state().input.value().depth = photo_depth{copy_of(disparity, height, width, 1), is_inverse_depth != 0, is_metric != 0,
+                                                  is_white_near_a_guess != 0, source};
     });
 }
 

@@ -51,6 +51,7 @@ EMSCRIPTEN_KEEPALIVE std::size_t heic_disparity_height() { return loaded.depth ?
 EMSCRIPTEN_KEEPALIVE std::size_t heic_disparity_width() { return loaded.depth ? loaded.depth->disparity.width() : 0; }
 EMSCRIPTEN_KEEPALIVE int heic_is_inverse_depth() { return loaded.depth && loaded.depth->is_inverse_depth ? 1 : 0; }
 EMSCRIPTEN_KEEPALIVE int heic_is_metric() { return loaded.depth && loaded.depth->is_metric ? 1 : 0; }
+EMSCRIPTEN_KEEPALIVE int heic_is_guess() { return loaded.depth && loaded.depth->is_white_near_a_guess ? 1 : 0; }
 EMSCRIPTEN_KEEPALIVE const char* heic_depth_source() { return loaded.depth ? loaded.depth->source.c_str() : ""; }
 
 /// Message of the last error.

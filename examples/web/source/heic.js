@@ -14,7 +14,7 @@
  * @property {number} width
  * @property {number} focalLength  in millimeters on 35 mm film; 0: unknown
  * @property {string} refused  reason for not using the file's depth, or an empty text
- * @property {{disparity: Uint8Array, height: number, width: number, isInverseDepth: number, isMetric: number, source: string} | null} depth
+ * @property {{disparity: Uint8Array, height: number, width: number, isInverseDepth: number, isMetric: number, isGuess: number, source: string} | null} depth
  *     disparity has the bytes of height x width floats
  */
 
@@ -45,6 +45,7 @@ function decode(reader, bytes, name) {
         ...map,
         isInverseDepth: reader._heic_is_inverse_depth(),
         isMetric: reader._heic_is_metric(),
+        isGuess: reader._heic_is_guess(),
         source: text(reader._heic_depth_source()),
     };
     return {

@@ -130,7 +130,7 @@ function accept({ color, height, width, focalLength, refused, depth }) {
     within([color, textOf(refused)], ([rgb, reason]) => check(converter._web_accept(rgb, height, width, focalLength, reason)));
     if (!depth) return;
     within([depth.disparity, textOf(depth.source)], ([disparity, source]) => {
-        check(converter._web_add_depth(disparity, depth.height, depth.width, depth.isInverseDepth, depth.isMetric, source));
+        check(converter._web_add_depth(disparity, depth.height, depth.width, depth.isInverseDepth, depth.isMetric, depth.isGuess, source));
     });
 }
 
