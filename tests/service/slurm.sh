@@ -90,7 +90,7 @@ make_list() {
 submit() {
     local job
     job=$(PHOTO3D=$(realpath "$PROGRAMS/photo3d") sbatch --parsable --array=0-2 --output="$work/task.%a" \
-        examples/service/photos.sbatch "$work/list.jsonl" "$work/outputs")
+        examples/service/photos.sbatch "$work/list.jsonl" "$work/outputs" --size 512)
     while [ -n "$(squeue -h -j "$job")" ]; do sleep 0.2; done
     scontrol show job "$job" | sed -nE 's/.* ExitCode=([0-9]+):.*/\1/p' | sort | tr '\n' ' '
 }
@@ -155,10 +155,45 @@ refuses_steps() {
         bash examples/service/photos.sbatch "$work/twice.jsonl" "$work/none" 2>&1) && [[ $said == *"found 50 tasks from 0 to 98" ]]
 }
 
+# task_with [NAME=VALUE...] -- [OPTION...]: runs a task's script with these variables and further arguments, and prints the arguments that
+# photo3d got after --threads, or the exit code and the message.
+task_with() {
+    local variables=() said status=0
+    while [ "$1" != -- ]; do
+        variables+=("$1")
+        shift
+    done
+    : >"$work/words"
+    printf '#!/bin/sh\ncat >/dev/null\necho "$*" | sed "s/.* --threads/--threads/" >%q\n' "$work/words" >"$work/bin/photo3d"
+    said=$(env PATH="$work/bin:$PATH" PHOTO3D=photo3d SLURM_ARRAY_TASK_ID=0 SLURM_ARRAY_TASK_COUNT=1 "${variables[@]}" \
+        bash examples/service/photos.sbatch "$work/one.jsonl" "$work/none" "${@:2}" 2>&1) || status=$?
+    [ "$status" = 0 ] && cat "$work/words" || printf '%s %s' "$status" "$said"
+}
+passes_options() {
+    [ "$(task_with -- --compress --size 1024)" = "--threads 1 --compress --size 1024" ] &&
+        [ "$(task_with SLURM_CPUS_PER_TASK=8 --)" = "--threads 8" ]
+}
+derives_memory() {
+    [ "$(task_with SLURM_MEM_PER_NODE=2000 -- --compress)" = "--threads 1 --compress --memory 1800MB" ] &&
+        [ "$(task_with SLURM_MEM_PER_CPU=1000 SLURM_CPUS_PER_TASK=4 --)" = "--threads 4 --memory 3600MB" ] &&
+        [ "$(task_with SLURM_MEM_PER_NODE=0 --)" = "--threads 1" ] &&
+        [ "$(task_with SLURM_MEM_PER_NODE=2000 -- --memory=1GB)" = "--threads 1 --memory=1GB" ] &&
+        [ "$(task_with SLURM_MEM_PER_NODE=2000 -- --memory 1GB)" = "--threads 1 --memory 1GB" ]
+}
+refuses_options() {
+    local option
+    for option in --threads=2 --threads -o -oout --output=out --batch --skip-existing --quiet --gallery=all.html more.jpg; do
+        [[ $(task_with -- "$option" 2) == "2 $option: expected an option of "* ]] || return 1
+    done
+}
+
 count_step "a list with two photos that would have the same output is refused" refuses_equal_names
 count_step "an array with a step is refused" refuses_steps
 count_step "a task that may succeed later is requeued up to five times" is_requeued_five_times
 count_step "a task that is submitted alone with SLICES has its own lines" has_lines_of_slice
+count_step "a task passes further options to photo3d" passes_options
+count_step "a task limits photo3d to the memory that Slurm allocated, unless --memory is given" derives_memory
+count_step "a task refuses options that it sets itself" refuses_options
 if ! count_step "a cluster of one node starts" start_cluster || [ "$failed" != 0 ]; then
     print_tally
     exit 1
