@@ -75,7 +75,7 @@ public:
         }
         const bool is_last = message.earlier + 1 >= broker_connection::delivery_limit;
         for (const std::string& photo : names.photos) {
-            nlohmann::ordered_json document = is_ending_ ? nullptr : document_for(names.job, photo, is_last);
+            nlohmann::ordered_json document = is_ending_ ? nullptr : watched_document_for(names.job, photo, is_last);
             done.is_given_back = document.is_null();
             if (done.is_given_back) break;
             (document.contains("error") ? done.dead : done.results).push_back(std::move(document));
@@ -84,6 +84,14 @@ public:
     }
 
 private:
+    /// Same as document_for(), and reports the current photo to metrics_.watch.
+    nlohmann::ordered_json watched_document_for(const std::string& job, const std::string& photo, bool is_last) {
+        metrics_.watch.begin(job, photo);
+        nlohmann::ordered_json document = document_for(job, photo, is_last);
+        metrics_.watch.end();
+        return document;
+    }
+
     /// Returns the document of a photo, or null if another delivery may succeed.
     ///
     /// is_last  no other delivery follows, so a temporary error is final

@@ -3,12 +3,14 @@
 
 #include "../photo3d/batch_log.hpp"
 #include "message.hpp"
+#include "photo_watch.hpp"
 
 #include <ldi/base/error.hpp>
 
 #include <httplib.h>
 #include <prometheus/counter.h>
 #include <prometheus/family.h>
+#include <prometheus/gauge.h>
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
@@ -25,6 +27,7 @@
 #include <ctime>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -47,6 +50,8 @@ public:
     prometheus::Counter& storage_failures = counter("photo3d_storage_failures_total", "Failed requests to storage.");
     prometheus::Counter& connections = counter("photo3d_broker_connections_total", "Connections made to the broker.");
 
+    photo_watch watch;  ///< of the current photo
+
     /// Counts a photo that failed permanently, by error code.
     void count_failure(const std::string& code) { failures_.Add({{"code", code}}).Increment(); }
 
@@ -57,7 +62,11 @@ public:
             .Observe(seconds);
     }
 
-    std::string text() const { return prometheus::TextSerializer().Serialize(registry_.Collect()); }
+    std::string text() const {
+        const std::optional<photo_watch::current_photo> photo = watch.current();
+        age_.Set(photo ? photo->seconds : 0);
+        return prometheus::TextSerializer().Serialize(registry_.Collect());
+    }
 
 private:
     prometheus::Counter& counter(const char* name, const char* help) {
@@ -71,6 +80,11 @@ private:
             .Add({{"outcome", outcome}});
     }
 
+    prometheus::Gauge& age_ = prometheus::BuildGauge()
+                                  .Name("photo3d_current_photo_seconds")
+                                  .Help("Seconds for which the worker has been processing its current photo; 0 if there is none.")
+                                  .Register(registry_)
+                                  .Add({});
     prometheus::Family<prometheus::Counter>& failures_ = prometheus::BuildCounter()
                                                              .Name("photo3d_failures_total")
                                                              .Help("Photos that failed permanently, by code.")

@@ -11,6 +11,8 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -33,10 +35,15 @@ class s3_storage : public storage {
 public:
     static constexpr std::string_view scheme = "s3://";
 
-    /// url  s3://BUCKET/PREFIX
+    using duration = std::chrono::duration<double>;
+
+    /// url        s3://BUCKET/PREFIX
+    /// is_ending  nullptr, or a flag: a transfer fails if it takes longer than `grace` after the flag becomes true
     ///
     /// Raises invalid_option, invalid_data.
-    explicit s3_storage(const std::string& url) : curl_(curl_easy_init()) {
+    explicit s3_storage(const std::string& url, const std::atomic<bool>* is_ending = nullptr,
+                        duration grace = std::chrono::seconds(10))
+        : curl_(curl_easy_init()), is_ending_(is_ending), grace_(grace) {
         const std::string place = url.substr(scheme.size()), bucket = place.substr(0, place.find('/'));
         if (bucket.empty()) raise(error_code::invalid_option, url, "s3://BUCKET/PREFIX", "no bucket");
         prefix_ = place.substr(std::min(bucket.size() + 1, place.size()));
@@ -73,6 +80,22 @@ private:
         std::vector<std::byte> bytes = {};
         bool is_too_large = false, is_out_of_memory = false;
     };
+
+    /// Time limit of a transfer that begins to count when the worker should end.
+    struct end_limit {
+        const std::atomic<bool>* is_ending;
+        duration grace;
+        std::optional<std::chrono::steady_clock::time_point> noticed = {};
+    };
+
+    /// Called by libcurl about once per second. Returns 1 to cancel the transfer.
+    static int check_end(void* of, curl_off_t, curl_off_t, curl_off_t, curl_off_t) noexcept {
+        end_limit& limit = *static_cast<end_limit*>(of);
+        if (limit.is_ending == nullptr || !*limit.is_ending) return 0;
+        const auto now = std::chrono::steady_clock::now();
+        if (!limit.noticed) limit.noticed = now;
+        return now - *limit.noticed > limit.grace ? 1 : 0;
+    }
 
     static std::string variable(const char* name, const char* otherwise) {
         const char* const value = std::getenv(name);
@@ -155,6 +178,10 @@ private:
         curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);  // cancels a transfer that stalls for 10 seconds
         curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, 10L);
         curl_easy_setopt(curl, CURLOPT_TIMEOUT, 900L);  // in seconds, for a server that sends a few bytes at a time
+        end_limit limit{is_ending_, grace_};
+        curl_easy_setopt(curl, CURLOPT_NOPROGRESS, 0L);
+        curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, &s3_storage::check_end);
+        curl_easy_setopt(curl, CURLOPT_XFERINFODATA, &limit);
         curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &s3_storage::take);
         curl_easy_setopt(curl, CURLOPT_WRITEDATA, &answered);
         const header_list headers = headers_for(body);
@@ -173,7 +200,8 @@ private:
     bool has_object(const std::string& url, CURLcode done, const answer& answered) const {
         if (answered.is_out_of_memory) throw std::bad_alloc();
         if (done != CURLE_OK && !answered.is_too_large)
-            raise(error_code::unavailable, url, "a response", curl_easy_strerror(done));
+            raise(error_code::unavailable, url, "a response",
+                  done == CURLE_ABORTED_BY_CALLBACK ? "none before the worker's end" : curl_easy_strerror(done));
         long status = 0;
         curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &status);
         if (status < 200 || status >= 300) {  // judged before the size, which is that of an error page
@@ -191,14 +219,17 @@ private:
         void operator()(CURL* curl) const { curl_easy_cleanup(curl); }
     };
     std::unique_ptr<CURL, clean_up> curl_;
+    const std::atomic<bool>* is_ending_;
+    duration grace_;
     std::string endpoint_, prefix_, region_, user_, secret_, token_;
 };
 
 /// Opens a storage.
 ///
-/// place  a folder, or s3://BUCKET/PREFIX
-inline std::unique_ptr<storage> open_storage(const std::string& place) {
-    if (place.starts_with(s3_storage::scheme)) return std::make_unique<s3_storage>(place);
+/// place      a folder, or s3://BUCKET/PREFIX
+/// is_ending  nullptr, or a flag that ends transfers soon after it becomes true
+inline std::unique_ptr<storage> open_storage(const std::string& place, const std::atomic<bool>* is_ending = nullptr) {
+    if (place.starts_with(s3_storage::scheme)) return std::make_unique<s3_storage>(place, is_ending);
     return std::make_unique<folder_storage>(place);
 }
 

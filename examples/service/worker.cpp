@@ -14,6 +14,7 @@
 #include "conversion_job.hpp"
 #include "message.hpp"
 #include "operations.hpp"
+#include "photo_watch.hpp"
 #include "s3_storage.hpp"
 #include "storage.hpp"
 
@@ -23,9 +24,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -43,6 +46,7 @@ std::atomic<bool> is_ending{false};
 
 struct worker_options {
     std::string broker = "amqp://guest:guest@127.0.0.1:5672", queue = "photos", photos, outputs, http;
+    double photo_timeout = 900;  // seconds; 0: none
     double patience = 600;       // seconds; less than the half hour after which RabbitMQ delivers a message again
     std::uint16_t prefetch = 1;  // with more, a crash also uses up one delivery of each other message that the worker holds
     std::vector<std::string> conversion;
@@ -113,16 +117,61 @@ private:
     std::chrono::steady_clock::time_point next_attempt_{};
 };
 
+/// Ends the process if it processes one photo for too long, whatever the thread that converts waits for. The broker then delivers
+/// the message again.
+class watchdog {
+public:
+    /// seconds  limit of one photo; 0: none
+    watchdog(const photo_watch& watch, double seconds) {
+        if (seconds > 0) thread_ = std::thread([this, &watch, seconds] { run(watch, seconds); });
+    }
+    ~watchdog() {
+        if (!thread_.joinable()) return;
+        {
+            const std::lock_guard lock(mutex_);
+            is_stopped_ = true;
+        }
+        stopped_.notify_all();
+        thread_.join();
+    }
+    watchdog(const watchdog&) = delete;
+    watchdog& operator=(const watchdog&) = delete;
+
+private:
+    void run(const photo_watch& watch, double seconds) {
+        std::unique_lock lock(mutex_);
+        while (!stopped_.wait_for(lock, std::chrono::milliseconds(500), [&] { return is_stopped_; })) {
+            const std::optional<photo_watch::current_photo> photo = watch.current();
+            if (photo && photo->silent > seconds) end_process(*photo);
+        }
+    }
+
+    [[noreturn]] static void end_process(const photo_watch::current_photo& photo) {
+        try {
+            log_event("error", "photo timeout", {{"job", photo.job}, {"photo", photo.photo}, {"seconds", photo.seconds}});
+        } catch (const std::exception&) {  // the log can't be written
+        }
+        std::_Exit(exit_try_again);  // without destructors, which would wait for the other threads
+    }
+
+    std::mutex mutex_;
+    std::condition_variable stopped_;
+    bool is_stopped_ = false;
+    std::thread thread_;
+};
+
 class worker {
 public:
     worker(const worker_options& options, const arguments& a)
         : options_(options),
-          photos_(open_storage(options.photos), patient_storage::duration(options.patience), is_ending, on_failure_),
-          outputs_(open_storage(options.outputs), patient_storage::duration(options.patience), is_ending, on_failure_),
+          photos_(open_storage(options.photos, &is_ending), patient_storage::duration(options.patience), is_ending, on_failure_),
+          outputs_(open_storage(options.outputs, &is_ending), patient_storage::duration(options.patience), is_ending,
+                   on_failure_),
           job_(a, photos_, outputs_, metrics_, is_ending),
           server_(options.http, metrics_, [this] { return health(); }) {}
 
     void run() {
+        const watchdog limit(metrics_.watch, options_.photo_timeout);
         std::thread converting([this] { convert(); });
         try {
             while (!is_ending) serve_or_wait();
@@ -230,6 +279,7 @@ private:
     const worker_options& options_;
     worker_metrics metrics_;
     std::function<void(const std::string&)> on_failure_ = [this](const std::string& text) {
+        metrics_.watch.excuse();  // --patience limits the retries
         metrics_.storage_failures.Increment();
         log_event("warning", "storage failed", {{"message", escaped(text)}});
     };
@@ -261,6 +311,11 @@ void describe(CLI::App& app, worker_options& options) {
     app.add_option("--patience", options.patience,
                    "seconds for which the worker retries failed requests to storage, before it returns a message to the queue")
         ->check(between(0, 1700))
+        ->capture_default_str();
+    app.add_option("--photo-timeout", options.photo_timeout,
+                   "seconds for one photo, after which the worker ends with exit code 75; a failed request to storage restarts "
+                   "the time; 0: no limit")
+        ->check(between(0, 86400))
         ->capture_default_str();
     app.add_option("CONVERSION", options.conversion, "options of photo3d, after --");
 }

@@ -87,6 +87,14 @@ count_step "in a job with a photo that kills workers, every photo has exactly on
 wait "$collector" || true
 collector=
 
+# A photo that takes longer than --photo-timeout: the worker ends, and its last line names the photo.
+start_worker slow slow "$folder/photos" "$folder/outputs" --photo-timeout 0.1
+queue slow submit --job s <<<endless.jpg
+ends_with_75() { wait_until 60 has_ended "$worker" && { wait "$worker" || [ $? = 75 ]; }; }
+count_step "a photo that takes too long ends the worker with exit code 75" ends_with_75
+count_step "the worker's last line names this photo" bash -c 'tail -n 1 "$1" | grep -q "\"event\":\"photo timeout\".*\"photo\":\"endless.jpg\""' - "$worker_log"
+stop_worker KILL "$worker"
+
 # If the storage remains unreachable, the worker retries and then returns the message to the queue. After five deliveries, the message
 # becomes a dead letter that recommends another try.
 start_worker away away "$folder/nowhere" "$folder/outputs" --patience 0

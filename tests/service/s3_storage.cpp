@@ -8,6 +8,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -16,6 +18,7 @@
 
 using ldi::error_code;
 using ldi::examples::s3_storage;
+using ldi::testing::raised;
 
 namespace {
 
@@ -130,6 +133,21 @@ TEST_CASE(
         CHECK(failure_of(status, "") == error_code::unavailable);
         CHECK(failure_of(status, page) == error_code::unavailable);  // larger than the object may be
     }
+}
+
+TEST_CASE("a transfer fails soon after the worker should end") {
+    const server_for_one_request silent;  // accepts the connection, and never responds
+    use(silent);
+    std::atomic<bool> is_ending{false};
+    std::thread ending([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+        is_ending = true;
+    });
+    const auto begun = std::chrono::steady_clock::now();
+    CHECK(raised([&] { s3_storage("s3://bucket/in", &is_ending, std::chrono::milliseconds(100)).get("a.jpg", 100); }) ==
+          error_code::unavailable);
+    CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(8));  // a stalled transfer lasts 10 seconds
+    ending.join();
 }
 
 TEST_CASE("find() returns nothing if an S3 server has no such object") {
