@@ -14,6 +14,8 @@
 #include <limits.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <sys/types.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -51,12 +53,17 @@ public:
     /// itself: no network, no space, wrong credentials.
     virtual std::optional<std::vector<std::byte>> find(const std::string& key, std::size_t max_bytes) = 0;
 
-    /// Returns an object that must exist. Raises file_access if it does not, and the errors of find().
-    std::vector<std::byte> get(const std::string& key, std::size_t max_bytes = max_object_bytes) {
+    /// Returns an object that must exist. Raises file_access if it does not, unavailable if the whole storage seems to be absent,
+    /// and the errors of find().
+    virtual std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) {
         std::optional<std::vector<std::byte>> found = find(key, max_bytes);
+        if (!found && is_empty()) raise(error_code::unavailable, where(key), "a storage with objects", "an empty folder");
         if (!found) raise(error_code::file_access, where(key), "an object", "none");
         return std::move(*found);
     }
+
+    /// Whether the storage is known to have no objects at all, as a folder does whose disk is not mounted.
+    virtual bool is_empty() const { return false; }
 
     /// Writes an object. Anyone who reads it meanwhile gets all old bytes or all new bytes. Raises the same errors as find().
     virtual void put(const std::string& key, std::span<const std::byte> bytes) = 0;
@@ -66,10 +73,11 @@ public:
 };
 
 /// A folder, possibly on another machine. Untrusted users may have written to it. The functions therefore do not follow links,
-/// so that they read and write nothing outside the folder, and open only regular files.
+/// so that they read and write nothing outside the folder, and open only regular files. If another folder takes the place of this
+/// one, because a disk was mounted or unmounted, they raise unavailable.
 class folder_storage : public storage {
 public:
-    explicit folder_storage(std::filesystem::path folder) : folder_(std::move(folder)) {}
+    explicit folder_storage(std::filesystem::path folder) : folder_(std::move(folder)) { remember(open_root()); }
 
     void check(const std::string& key) const override {
         constexpr std::size_t max_name = NAME_MAX, max_path = PATH_MAX;
@@ -109,6 +117,12 @@ public:
 
     std::string where(const std::string& key) const override { return (folder_ / key).string(); }
 
+    bool is_empty() const override {
+        std::error_code failure;
+        const std::filesystem::directory_iterator items(folder_, failure);
+        return !failure && items == std::filesystem::directory_iterator();
+    }
+
     void put(const std::string& key, std::span<const std::byte> bytes) override {
         check(key);
         const file_handle folder = make_folder_of(key);
@@ -125,6 +139,9 @@ public:
     }
 
 private:
+    /// Device and number of a folder.
+    using identity = std::pair<dev_t, ino_t>;
+
     /// A new file of a folder that is not complete yet: .ldi-NUMBER.put. It is locked, so that other processes can recognize the
     /// files that killed processes left. All functions work on the open folder, so that nothing outside it is written even if
     /// somebody replaces folders with links meanwhile.
@@ -194,6 +211,20 @@ private:
         }
     }
 
+    file_handle open_root() const { return file_handle(folder_, O_RDONLY | O_DIRECTORY); }
+
+    /// Returns nothing if the folder does not exist. The device is 0 for network file systems, whose number changes when they are
+    /// mounted again.
+    static std::optional<identity> identity_of(const file_handle& folder) {
+        struct stat facts {};
+        if (folder.number() < 0 || ::fstat(folder.number(), &facts) != 0) return std::nullopt;
+        return identity{major(facts.st_dev) == 0 ? 0 : facts.st_dev, facts.st_ino};
+    }
+
+    void remember(const file_handle& root) const {
+        if (!identity_ && !is_empty()) identity_ = identity_of(root);
+    }
+
     static std::string name_of(const std::string& key) { return std::filesystem::path(key).filename().string(); }
 
     /// Same as fail(), but the permissions of a single file or folder are not a failure of the storage.
@@ -233,9 +264,13 @@ private:
     /// has the reason.
     file_handle open_folder_of(const std::string& key, bool makes_missing) const {
         check_key(key);
-        file_handle folder(folder_, O_RDONLY | O_DIRECTORY);
+        file_handle folder = open_root();
         // The folder may be on a disk that is not mounted at the moment: a later attempt may succeed.
         if (folder.number() < 0) raise(error_code::unavailable, folder_.string(), "a folder", "none");
+        remember(folder);
+        if (identity_ && identity_of(folder) != identity_)
+            raise(error_code::unavailable, folder_.string(), "the same folder as before",
+                  "another, because a disk was mounted or unmounted");
         for (const std::filesystem::path& name : std::filesystem::path(key).parent_path()) {
             const bool is_made = !makes_missing || ::mkdirat(folder.number(), name.c_str(), 0777) == 0 || errno == EEXIST;
             folder = is_made ? file_handle(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW) : file_handle();
@@ -245,6 +280,8 @@ private:
     }
 
     std::filesystem::path folder_;
+    mutable std::optional<identity>
+        identity_;  // empty while the folder is absent or empty, because its disk may be mounted later
     std::unordered_set<std::string> searched_;  // folders of objects
 };
 
@@ -264,19 +301,52 @@ public:
     std::optional<std::vector<std::byte>> find(const std::string& key, std::size_t max_bytes) override {
         return patiently([&] { return tried_->find(key, max_bytes); });
     }
+    /// Same as storage::get(). After many photos in a row that are missing or can't be read, part of the storage may be absent.
+    /// From then on, the function waits before it tries again and fails, so that few photos become dead letters until somebody
+    /// notices that is_there() is false.
+    std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) override {
+        try {
+            return get_and_count(key, max_bytes);
+        } catch (const error& failed) {
+            if (failed.code() != error_code::file_access || failures_in_a_row_ < max_failures_in_a_row || is_ending_) throw;
+            on_failure_(std::to_string(failures_in_a_row_) + " photos in a row are missing or can't be read: " + failed.what());
+        }
+        is_there_ = false;
+        std::this_thread::sleep_for(std::min(patience_, max_pause));
+        return get_and_count(key, max_bytes);
+    }
     void put(const std::string& key, std::span<const std::byte> bytes) override {
         patiently([&] { return tried_->put(key, bytes), 0; });
     }
     std::string where(const std::string& key) const override { return tried_->where(key); }
 
+    bool is_empty() const override { return tried_->is_empty(); }
+
     /// Whether the storage was available at the last try. Any thread may call it.
     bool is_there() const { return is_there_; }
 
+    static constexpr std::size_t max_failures_in_a_row = 20;
+
 private:
+    static constexpr duration max_pause{5};
+
+    std::vector<std::byte> get_and_count(const std::string& key, std::size_t max_bytes) {
+        std::vector<std::byte> bytes = patiently([&] {
+            try {
+                return tried_->get(key, max_bytes);
+            } catch (const error& failed) {
+                if (failed.code() == error_code::file_access) ++failures_in_a_row_;
+                throw;
+            }
+        });
+        failures_in_a_row_ = 0;
+        return bytes;
+    }
+
     template <class Function>
     std::invoke_result_t<Function> patiently(Function function) {
         const auto begun = std::chrono::steady_clock::now();
-        for (duration pause(0.1);; pause = std::min(2 * pause, duration(5))) {
+        for (duration pause(0.1);; pause = std::min(2 * pause, max_pause)) {
             try {
                 std::invoke_result_t<Function> result = function();
                 is_there_ = true;
@@ -296,6 +366,7 @@ private:
     const std::atomic<bool>& is_ending_;
     std::function<void(const std::string&)> on_failure_;
     std::atomic<bool> is_there_{true};
+    std::size_t failures_in_a_row_ = 0;
 };
 
 }  // namespace ldi::examples

@@ -13,9 +13,12 @@
 #include <atomic>
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 using namespace ldi;
@@ -34,7 +37,104 @@ std::vector<std::string> names_in(const std::filesystem::path& folder) {
     return names;
 }
 
+/// Fails with the next of some errors, or else returns one byte.
+class failing_storage : public storage {
+public:
+    explicit failing_storage(std::vector<error_code> errors) : errors_(std::move(errors)) {
+        std::reverse(errors_.begin(), errors_.end());
+    }
+    void check(const std::string&) const override {}
+    std::optional<std::vector<std::byte>> find(const std::string& key, std::size_t) override {
+        fail_if_wanted(key);
+        return byte_string(1);
+    }
+    void put(const std::string& key, std::span<const std::byte>) override { fail_if_wanted(key); }
+    std::string where(const std::string& key) const override { return key; }
+
+private:
+    void fail_if_wanted(const std::string& key) {
+        if (errors_.empty()) return;
+        const error_code code = errors_.back();
+        errors_.pop_back();
+        raise(code, key, "no error", "one");
+    }
+    std::vector<error_code> errors_;
+};
+
+/// Counts the calls of on_failure.
+struct counted_patience {
+    int failures = 0;
+    std::atomic<bool> is_ending{false};
+
+    patient_storage of(std::vector<error_code> errors, double patience) {
+        return patient_storage(std::make_unique<failing_storage>(std::move(errors)), patient_storage::duration(patience),
+                               is_ending, [this](const std::string&) { ++failures; });
+    }
+};
+
 }  // namespace
+
+TEST_CASE("a patient storage retries only while a storage is unavailable") {
+    counted_patience counted;
+    patient_storage lucky = counted.of({error_code::unavailable, error_code::unavailable}, 20);
+    CHECK(lucky.get("a", 10) == byte_string(1));
+    CHECK(counted.failures == 2);
+    CHECK(lucky.is_there());
+    for (const error_code code : {error_code::file_access, error_code::too_large}) {
+        patient_storage wrong = counted.of({code}, 20);
+        CHECK(raised([&] { wrong.put("a", byte_string(1)); }) == code);
+        CHECK(wrong.is_there());
+    }
+    CHECK(counted.failures == 2);
+}
+
+TEST_CASE("a patient storage fails when its patience or the worker ends") {
+    counted_patience counted;
+    patient_storage hasty = counted.of({error_code::unavailable, error_code::unavailable}, 0);
+    CHECK(raised([&] { hasty.find("a", 10); }) == error_code::unavailable);
+    CHECK(!hasty.is_there());
+    CHECK(raised([&] { hasty.find("a", 10); }) == error_code::unavailable);
+    CHECK(hasty.find("a", 10));
+    CHECK(hasty.is_there());
+    counted.is_ending = true;
+    patient_storage ending = counted.of({error_code::unavailable}, 20);
+    CHECK(raised([&] { ending.find("a", 10); }) == error_code::unavailable);
+    CHECK(counted.failures == 3);
+}
+
+TEST_CASE("after many missing photos in a row, a storage counts as unavailable, and each further one is tried again") {
+    constexpr std::size_t many = patient_storage::max_failures_in_a_row;
+    counted_patience counted;
+    patient_storage storage = counted.of(std::vector<error_code>(many + 2, error_code::file_access), 0.01);
+    for (std::size_t i = 0; i + 1 < many; ++i) CHECK(raised([&] { storage.get("a", 10); }) == error_code::file_access);
+    CHECK(counted.failures == 0);
+    CHECK(raised([&] { storage.get("a", 10); }) == error_code::file_access);  // number `many`, and once more
+    CHECK(counted.failures == 1);
+    CHECK(storage.get("a", 10) == byte_string(1));  // fails first
+    CHECK(storage.is_there());
+    CHECK(counted.failures == 2);
+}
+
+TEST_CASE("a folder whose disk is mounted or unmounted is unavailable for now") {
+    const scratch_folder folder;
+    std::filesystem::create_directory(folder / "disk");
+    folder_storage storage(folder / "disk");
+    CHECK(raised([&] { storage.get("a", 10); }) == error_code::unavailable);  // empty, as a place without its disk
+    CHECK(storage.find("a", 10) == std::nullopt);
+    std::filesystem::rename(folder / "disk", folder / "place");
+    std::filesystem::create_directory(folder / "disk");
+    storage.put("a", byte_string(5));
+    CHECK(storage.get("a", 10).size() == 5);
+    CHECK(raised([&] { storage.get("b", 10); }) == error_code::file_access);
+    std::filesystem::rename(folder / "disk", folder / "other");
+    CHECK(raised([&] { storage.get("a", 10); }) == error_code::unavailable);
+    std::filesystem::rename(folder / "place", folder / "disk");
+    CHECK(raised([&] { storage.get("a", 10); }) == error_code::unavailable);
+    CHECK(raised([&] { storage.put("b", byte_string(5)); }) == error_code::unavailable);
+    std::filesystem::rename(folder / "disk", folder / "place");
+    std::filesystem::rename(folder / "other", folder / "disk");
+    CHECK(storage.get("a", 10).size() == 5);
+}
 
 TEST_CASE("a folder returns the bytes that were last stored under a key") {
     const scratch_folder folder;
