@@ -76,6 +76,7 @@ private:
     using header_list = std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)>;
 
     struct answer {
+        CURL* curl;
         std::size_t max_bytes;
         std::vector<std::byte> bytes = {};
         bool is_too_large = false, is_out_of_memory = false;
@@ -110,6 +111,11 @@ private:
         if (into.is_too_large) return 0;  // ends the transfer
         const std::byte* const bytes = reinterpret_cast<const std::byte*>(data);
         try {
+            if (into.bytes.empty()) {
+                curl_off_t announced = 0;  // -1 if the server does not say it
+                curl_easy_getinfo(into.curl, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &announced);
+                if (announced > 0) into.bytes.reserve(std::min(static_cast<std::size_t>(announced), into.max_bytes));
+            }
             into.bytes.insert(into.bytes.end(), bytes, bytes + count);
         } catch (const std::exception&) {
             into.is_out_of_memory = true;
@@ -166,7 +172,7 @@ private:
         check(key);
         CURL* const curl = curl_.get();
         const std::string url = where(key), signer = "aws:amz:" + region_ + ":s3";
-        answer answered{max_bytes};
+        answer answered{curl, max_bytes};
         curl_easy_reset(curl);  // keeps connections open
         curl_easy_setopt(curl, CURLOPT_URL, url.c_str());
         curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
@@ -178,6 +184,7 @@ private:
         curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);  // cancels a transfer that stalls for 10 seconds
         curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, 10L);
         curl_easy_setopt(curl, CURLOPT_TIMEOUT, 900L);  // in seconds, for a server that sends a few bytes at a time
+        curl_easy_setopt(curl, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(max_bytes));  // if the server says the size
         end_limit limit{is_ending_, grace_};
         curl_easy_setopt(curl, CURLOPT_NOPROGRESS, 0L);
         curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, &s3_storage::check_end);
@@ -192,6 +199,7 @@ private:
             curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, "PUT");
         }
         const CURLcode done = curl_easy_perform(curl);
+        if (done == CURLE_FILESIZE_EXCEEDED) answered.is_too_large = true;
         if (!has_object(url, done, answered)) return std::nullopt;
         return std::move(answered.bytes);
     }

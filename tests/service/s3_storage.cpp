@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -26,7 +27,11 @@ namespace {
 class server_for_one_request {
 public:
     explicit server_for_one_request(std::string status = "200 OK", std::string body = "ok")
-        : answer_("HTTP/1.1 " + status + "\r\nContent-Length: " + std::to_string(body.size()) + "\r\nConnection: close\r\n\r\n" +
+        : server_for_one_request(status, body, body.size()) {}
+
+    /// length  size of the body according to the headers
+    server_for_one_request(const std::string& status, const std::string& body, std::size_t length)
+        : answer_("HTTP/1.1 " + status + "\r\nContent-Length: " + std::to_string(length) + "\r\nConnection: close\r\n\r\n" +
                   body),
           socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
         sockaddr_in at{};
@@ -148,6 +153,26 @@ TEST_CASE("a transfer fails soon after the worker should end") {
           error_code::unavailable);
     CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(8));  // a stalled transfer lasts 10 seconds
     ending.join();
+}
+
+TEST_CASE("an object that is too large is refused before its body arrives") {
+    const server_for_one_request server("200 OK", "",
+                                        1'000'000'000);  // sends no body, which otherwise is an interrupted transfer
+    use(server);
+    std::thread serving([&] { server.serve(); });
+    CHECK(raised([&] { s3_storage("s3://bucket/in").get("a.jpg", 1'000'000); }) == error_code::too_large);
+    serving.join();
+}
+
+TEST_CASE("a download reserves the memory of the whole object at once") {
+    const server_for_one_request server("200 OK", std::string(200'000, 'x'));
+    use(server);
+    std::thread serving([&] { server.serve(); });
+    const auto found = s3_storage("s3://bucket/in").find("a.jpg", 1'000'000);
+    serving.join();
+    REQUIRE(found);
+    CHECK(found->size() == 200'000);
+    CHECK(found->capacity() == 200'000);
 }
 
 TEST_CASE("find() returns nothing if an S3 server has no such object") {
