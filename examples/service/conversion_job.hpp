@@ -88,6 +88,7 @@ private:
     nlohmann::ordered_json watched_document_for(const std::string& job, const std::string& photo, bool is_last) {
         metrics_.watch.begin(job, photo);
         nlohmann::ordered_json document = document_for(job, photo, is_last);
+        if (const auto done = metrics_.watch.current()) metrics_.observe_photo(done->seconds);
         metrics_.watch.end();
         return document;
     }
@@ -109,13 +110,15 @@ private:
             if (document.contains("error")) return document;  // writes no document, so that a later request tries again
             const std::string text = to_line(document);
             outputs_.put(outputs.document, std::as_bytes(std::span(text)));
+            metrics_.converted.Increment();
         } catch (...) {
             const failure what = describe_failure();
             document["error"] = line_error(what);
             const bool may_pass = what.code == exit_try_again;
             log_event("warning", may_pass && !is_last ? "try again" : "given up", document);
-            if (may_pass && !is_last) return nullptr;
-            metrics_.count_failure(what.kind);
+            if (!may_pass || is_last) return document;
+            metrics_.try_again.Increment();
+            return nullptr;
         }
         return document;
     }
@@ -139,23 +142,31 @@ private:
     /// Converts a photo, and returns its document. The document contains the error if the conversion failed permanently. Raises
     /// temporary errors, after which another delivery may succeed.
     nlohmann::ordered_json convert_or_fail(nlohmann::ordered_json document, const std::string& output) {
+        stage_clock storing(true), clock(true);
         try {
-            document.update(convert(document["photo"], output));
-            metrics_.converted.Increment();
+            document.update(convert(document["photo"], output, storing, clock));
+            observe(storing, clock);
             log_event("info", "photo", document);
         } catch (...) {
             const failure what = describe_failure();
+            observe(storing, clock);
             if (what.code == exit_try_again) throw;
             document["error"] = line_error(what);
-            metrics_.count_failure(what.kind);
             log_event("error", "photo", document);
         }
         return document;
     }
 
+    /// Adds the times of all stages to the metrics, including the stage that failed.
+    void observe(stage_clock& storing, stage_clock& clock) {
+        for (stage_clock* const stages : {&storing, &clock}) {
+            stages->finish();
+            for (const stage_time& time : stages->stages()) metrics_.observe_stage(time.stage, time.elapsed / 1000);
+        }
+    }
+
     /// Reads a photo from one storage, converts it, and writes the GLB file to the other.
-    nlohmann::ordered_json convert(const std::string& key, const std::string& output) {
-        stage_clock storing(true), clock(true);
+    nlohmann::ordered_json convert(const std::string& key, const std::string& output, stage_clock& storing, stage_clock& clock) {
         storing.begin("getting photo");
         const std::vector<std::byte> photo = photos_.get(key, std::min(storage::max_object_bytes, budget_.for_one()));
         storing.finish();
@@ -176,8 +187,6 @@ private:
             if (memory.was_refused()) budget_.refuse(key);
             throw;
         }
-        for (const stage_clock* const stages : {&storing, &clock})
-            for (const stage_time& time : stages->stages()) metrics_.observe(time.stage, time.elapsed / 1000);
         metrics_.bytes_read.Increment(static_cast<double>(photo.size()));
         nlohmann::ordered_json result{{"output", output}};
         result.update(facts);

@@ -43,6 +43,8 @@ class worker_metrics {
 public:
     prometheus::Counter& converted = photos("converted");
     prometheus::Counter& already_done = photos("already_done");  // an earlier delivery of the message had converted it
+    prometheus::Counter& failed = photos("failed");              // permanently, counted when the message is acknowledged
+    prometheus::Counter& try_again = photos("try_again");        // temporarily, so that the message was returned to the queue
     prometheus::Counter& bytes_read = counter("photo3d_read_bytes_total", "Bytes of photos that were read.");
     prometheus::Counter& bytes_written = counter("photo3d_written_bytes_total", "Bytes of GLB files that were written.");
     prometheus::Counter& messages = counter("photo3d_messages_total", "Messages that were acknowledged.");
@@ -52,15 +54,22 @@ public:
 
     photo_watch watch;  ///< of the current photo
 
-    /// Counts a photo that failed permanently, by error code.
-    void count_failure(const std::string& code) { failures_.Add({{"code", code}}).Increment(); }
-
-    void observe(const std::string& stage, double seconds) {
-        stages_
-            .Add({{"stage", stage}},
-                 prometheus::Histogram::BucketBoundaries{0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10})
-            .Observe(seconds);
+    worker_metrics() {  // publishes every code, because a rate needs the 0 before the first failure
+        for (int code = 0; code <= static_cast<int>(error_code::unavailable); ++code)
+            failures_.Add({{"code", std::string(to_string(static_cast<error_code>(code)))}});
+        failures_.Add({{"code", "defect"}});
     }
+
+    /// Counts a photo that failed permanently.
+    ///
+    /// code  member of its document's error
+    void count_failure(const std::string& code) {
+        failed.Increment();
+        failures_.Add({{"code", code}}).Increment();
+    }
+
+    void observe_stage(const std::string& stage, double seconds) { stages_.Add({{"stage", stage}}, bounds()).Observe(seconds); }
+    void observe_photo(double seconds) { durations_.Observe(seconds); }
 
     std::string text() const {
         const std::optional<photo_watch::current_photo> photo = watch.current();
@@ -80,6 +89,11 @@ private:
             .Add({{"outcome", outcome}});
     }
 
+    /// Upper bounds of the intervals of a histogram, in seconds.
+    static prometheus::Histogram::BucketBoundaries bounds() {
+        return {0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60, 120, 300};
+    }
+
     prometheus::Gauge& age_ = prometheus::BuildGauge()
                                   .Name("photo3d_current_photo_seconds")
                                   .Help("Seconds for which the worker has been processing its current photo; 0 if there is none.")
@@ -93,6 +107,11 @@ private:
                                                              .Name("photo3d_stage_seconds")
                                                              .Help("Duration of a stage for one photo, in seconds.")
                                                              .Register(registry_);
+    prometheus::Histogram& durations_ = prometheus::BuildHistogram()
+                                            .Name("photo3d_photo_seconds")
+                                            .Help("Duration of a photo, converted or failed, from its request to its document.")
+                                            .Register(registry_)
+                                            .Add({}, bounds());
 };
 
 /// Answers requests for /metrics and /health over HTTP on its own thread.

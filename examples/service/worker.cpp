@@ -242,7 +242,7 @@ private:
                 sent.reset(), --held;
             } else if (out.store(sent ? &sent->done : nullptr)) {
                 in.acknowledge(sent->tag);
-                metrics_.messages.Increment();
+                count(sent->done);
                 sent.reset(), --held;
             }
             has_broker_ = out.is_connected();
@@ -257,6 +257,13 @@ private:
             process();
             if (!sent) since = std::chrono::steady_clock::now();  // the photo is not finished
         }
+    }
+
+    /// Counts a message after its acknowledgment. Until then, another delivery could follow and count its failures again.
+    void count(const finished_message& done) {
+        metrics_.messages.Increment();
+        for (const nlohmann::ordered_json& document : done.dead)
+            if (document.contains("photo")) metrics_.count_failure(document["error"]["code"]);
     }
 
     /// Returns a finished task, unless there is none. Drops those of earlier connections, which the broker delivers again.

@@ -84,7 +84,10 @@ def numbers_agree(results, dead, *metrics):
         failures[line["error"]["code"]] = failures.get(line["error"]["code"], 0) + ("photo" in line)
     counted = {key[1]: value for key, value in total.items() if key[0] == "photo3d_failures_total"}
     print("   ", counted, sorted(stages))
-    return (total["photo3d_photos_total", "converted"] == len(lines(results)) and counted == {code: n for code, n in failures.items() if n}
+    return (total["photo3d_photos_total", "converted"] == len(lines(results)) and total["photo3d_photos_total", "failed"] == sum(failures.values())
+            and {code: n for code, n in counted.items() if n} == {code: n for code, n in failures.items() if n}
+            and {"defect", "file access", "invalid data", "too large", "unavailable for now"} <= counted.keys()  # published with 0
+            and total["photo3d_photo_seconds_count",] == len(lines(results)) + sum(failures.values())
             and total["photo3d_written_bytes_total",] == sum(line["bytes"] for line in lines(results))
             and {"getting photo", "reading photo", "encoding", "putting GLB"} < stages)
 

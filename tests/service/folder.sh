@@ -22,8 +22,8 @@ is_refused_at_line_2() { ! printf 'a.jpg\nfolder/\n' | queue calm submit --job r
 count_step "a folder as a key is refused before its message is sent" is_refused_at_line_2
 count_step "invalid messages become dead letters" documents codes_are "$folder/dead" "invalid data" "invalid data" "invalid data" \
     "invalid data" unsupported
-curl -s "$calm/metrics" >"$folder/metrics"
-count_step "metrics equal the numbers of results and dead letters" documents numbers_agree "$folder/results" "$folder/dead" "$folder/metrics"
+do_numbers_agree() { curl -s "$calm/metrics" >"$folder/metrics" && documents numbers_agree "$folder/results" "$folder/dead" "$folder/metrics"; }
+count_step "metrics equal the numbers of results and dead letters" wait_until 20 do_numbers_agree # counted after the acknowledgment
 if command -v promtool >/dev/null; then
     count_step "promtool accepts the metrics" promtool check metrics <"$folder/metrics"
 else
