@@ -21,6 +21,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <new>
 #include <optional>
 #include <span>
@@ -55,7 +57,9 @@ public:
 
     /// Converts the photos of a message and writes their outputs. Returns the documents to publish. A photo's error becomes its
     /// document.
-    finished_message work_on(const delivery& message) {
+    ///
+    /// is_ours  returns false once the broker delivers the message again, which ends the work on it after the current photo
+    finished_message work_on(const delivery& message, const std::function<bool()>& is_ours) {
         constexpr std::uint64_t suspicious = 2;
         finished_message done;
         photo_message names;
@@ -75,7 +79,8 @@ public:
         }
         const bool is_last = message.earlier + 1 >= broker_connection::delivery_limit;
         for (const std::string& photo : names.photos) {
-            nlohmann::ordered_json document = is_ending_ ? nullptr : watched_document_for(names.job, photo, is_last);
+            nlohmann::ordered_json document =
+                is_ending_ || !is_ours() ? nullptr : watched_document_for(names.job, photo, is_last);
             done.is_given_back = document.is_null();
             if (done.is_given_back) break;
             (document.contains("error") ? done.dead : done.results).push_back(std::move(document));

@@ -210,6 +210,7 @@ private:
             why = failed.what();
         }
         has_broker_ = false;
+        connection_ = 0;  // ends the work on messages that the broker delivers again
         log_event("warning", "broker lost", {{"message", escaped(why)}});
         std::this_thread::sleep_for(std::chrono::seconds(1));
     }
@@ -220,7 +221,7 @@ private:
         const queue_names names(options_.queue);
         broker_connection in(options_.broker);
         publisher out(options_.broker, names);
-        ++connection_;
+        connection_ = ++connections_;
         in.declare(names);
         // before the first message arrives, because an exception, such as one of a full log disk, would use up one of its
         // deliveries
@@ -276,8 +277,8 @@ private:
     void convert() try {
         while (std::optional<task> next = tasks_.pop()) {
             spare_memory::reserve();
-            if (next->connection == connection_)
-                finished_.push({next->connection, next->message.tag, job_.work_on(next->message)});
+            const auto is_ours = [&] { return next->connection == connection_; };
+            if (is_ours()) finished_.push({next->connection, next->message.tag, job_.work_on(next->message, is_ours)});
         }
     } catch (...) {
         end_with(std::current_exception());
@@ -294,7 +295,8 @@ private:
     conversion_job job_;
     channel<task> tasks_{1024};
     channel<finished_task> finished_{1024};
-    std::atomic<std::uint64_t> connection_{0};
+    std::uint64_t connections_ = 0;             // since the start
+    std::atomic<std::uint64_t> connection_{0};  // number of the current one; 0: none
     std::atomic<bool> has_broker_{false};
     std::mutex mutex_;  // protects failed_
     std::exception_ptr failed_;
