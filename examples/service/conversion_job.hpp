@@ -8,6 +8,7 @@
 #include "../photo3d/memory_budget.hpp"
 #include "../photo3d/messages.hpp"
 #include "../photo3d/report.hpp"
+#include "../photo3d/system.hpp"
 #include "broker.hpp"
 #include "message.hpp"
 #include "operations.hpp"
@@ -43,6 +44,8 @@ struct finished_message {
 class conversion_job {
 public:
     /// is_ending  stops the job after the current photo when it becomes true
+    ///
+    /// Raises invalid_option for a memory limit that is too small for every photo, and the errors of load_networks().
     conversion_job(const arguments& a, storage& photos, storage& outputs, worker_metrics& metrics,
                    const std::atomic<bool>& is_ending)
         : arguments_(a),
@@ -53,6 +56,7 @@ public:
           networks_(load_networks(a, reading_)),
           budget_(a.memory) {
         if (networks_.depth) networks_.depth.read();  // reports invalid weights before the first message
+        check_memory();
     }
 
     /// Converts the photos of a message and writes their outputs. Returns the documents to publish. A photo's error becomes its
@@ -89,6 +93,16 @@ public:
     }
 
 private:
+    void check_memory() const {
+        constexpr std::size_t small_photo = 32'000'000, step = 10'000'000;
+        if (budget_.for_one() >= small_photo) return;
+        const std::size_t limit = arguments_.memory != 0 ? arguments_.memory : available_memory() / 2,
+                          least = ((memory_in_use() + small_photo) / step + 1) * step;
+        raise(error_code::invalid_option, "--memory",
+              "at least " + std::to_string(least / 1'000'000) + "MB, which the worker and a small photo need",
+              std::to_string(limit / 1'000'000) + "MB");
+    }
+
     /// Same as document_for(), and reports the current photo to metrics_.watch.
     nlohmann::ordered_json watched_document_for(const std::string& job, const std::string& photo, bool is_last) {
         metrics_.watch.begin(job, photo);

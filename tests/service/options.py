@@ -3,6 +3,7 @@
     options.py WORKER QUEUE
 """
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -50,6 +51,16 @@ with tempfile.TemporaryDirectory() as top:
           for option in (["--output", "a"], ["--html", "a"], ["--report", "a"], ["--depth", "a"], ["--gallery", "a.html"], ["--skip-existing"], ["--threads", "2"])),
     ):
         refused([WORKER, *options], words, top)
+    # The worker accepts the memory limit that its error message names.
+    said = subprocess.run([WORKER, *folders, "--", "--memory", "1MB"], capture_output=True, text=True, timeout=60).stderr
+    least = re.match("photo3d_worker: --memory: expected at least ([0-9]+MB), which the worker and a small photo need, found 1MB", said)
+    check("the worker refuses a memory limit that is too small for every photo", least, said)
+    if least:
+        worker = subprocess.Popen([WORKER, "--broker", "amqp://127.0.0.1:1", *folders, "--", "--memory", least[1]], stdout=subprocess.PIPE, text=True)
+        line = worker.stdout.readline()
+        worker.kill()
+        worker.communicate()
+        check(f"the worker accepts --memory {least[1]}", '"broker lost"' in line, line)
     for options, words in (
         ([], "command line: expected submit or collect, found neither (photo3d_queue --help lists all options)"),
         (["send"], "command line: expected submit or collect, found neither"),
