@@ -84,6 +84,7 @@ health_is() { [ "$(health "$1")" = "$2" ]; }
 PYTHONPATH=tests/program count_script /usr/bin/python3 tests/service/options.py "$PROGRAMS/photo3d_worker" "$PROGRAMS/photo3d_queue"
 source tests/service/failures.sh
 source tests/service/folder.sh
+source tests/service/systemd.sh
 count_step "examples/service/run.sh converts the sample" examples/service/run.sh
 count_script tests/service/slurm.sh
 print_tally
