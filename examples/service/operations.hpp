@@ -109,7 +109,7 @@ private:
                                                              .Register(registry_);
     prometheus::Histogram& durations_ = prometheus::BuildHistogram()
                                             .Name("photo3d_photo_seconds")
-                                            .Help("Duration of a photo, converted or failed, from its request to its document.")
+                                            .Help("Duration of a photo, converted, failed or already done.")
                                             .Register(registry_)
                                             .Add({}, bounds());
 };
