@@ -92,7 +92,8 @@ start_worker slow slow "$folder/photos" "$folder/outputs" --photo-timeout 0.1
 queue slow submit --job s <<<endless.jpg
 ends_with_75() { wait_until 60 has_ended "$worker" && { wait "$worker" || [ $? = 75 ]; }; }
 count_step "a photo that takes too long ends the worker with exit code 75" ends_with_75
-count_step "the worker's last line names this photo" bash -c 'tail -n 1 "$1" | grep -q "\"event\":\"photo timeout\".*\"photo\":\"endless.jpg\""' - "$worker_log"
+names_slow_photo() { tail -n 1 "$worker_log" | grep -q '"event":"photo timeout".*"photo":"endless.jpg"'; }
+count_step "the worker's last line names this photo" names_slow_photo
 stop_worker KILL "$worker"
 
 # If the storage remains unreachable, the worker retries and then returns the message to the queue. After five deliveries, the message
