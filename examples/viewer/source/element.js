@@ -58,6 +58,8 @@ export class Photo3D extends Base {
     #isOver = false;
     #coverChoice = null;
     #quiet = 0;
+    /** Whether the buttons were invisible when the last press began. */
+    #pressedHidden = false;
 
     constructor() {
         super();
@@ -79,6 +81,7 @@ export class Photo3D extends Base {
         poster.addEventListener("load", () => this.#layout());
         root.querySelector("slot").addEventListener("slotchange", () => this.#layout());
         this.#listenToButtons();
+        this.#revealControls();
         this.#pressed = (event) => this.#keyPressed(event);
         this.#fullscreenChanged = () => this.#aloneChanged();
         this.#watcher = {
@@ -468,11 +471,37 @@ export class Photo3D extends Base {
         stage.request();
     }
 
-    /** Shows the buttons for some seconds. */
+    /** Shows the buttons for some seconds, and as long as they are in use. */
     #keepQuiet() {
         clearTimeout(this.#quiet);
-        this.#parts.box.classList.remove("quiet");
-        if (this.isAlone) this.#quiet = setTimeout(() => this.#parts.box.classList.add("quiet"), 1000 * quietSeconds);
+        const { box } = this.#parts;
+        box.classList.remove("quiet");
+        if (!this.isAlone) return;
+        this.#quiet = setTimeout(() => (this.#usesControls() ? this.#keepQuiet() : box.classList.add("quiet")), 1000 * quietSeconds);
+    }
+
+    /** Whether the mouse is over the buttons, or the keyboard has focused one of them. */
+    #usesControls() {
+        const { controls } = this.#parts;
+        const canHover = matchMedia("(hover: hover)").matches; // after a tap, touch screens report a hover that does not end
+        return (canHover && controls.matches(":hover")) || controls.querySelector(":focus-visible") !== null;
+    }
+
+    /** Lets a press where the buttons are invisible only reveal them. */
+    #revealControls() {
+        const { box, controls } = this.#parts;
+        const began = () => {
+            this.#pressedHidden = getComputedStyle(controls).pointerEvents === "none";
+            this.#keepQuiet();
+        };
+        box.addEventListener("pointerdown", began, { capture: true });
+        box.addEventListener("pointermove", ({ pointerType }) => pointerType === "mouse" && this.#keepQuiet());
+        controls.addEventListener("focusin", () => this.#keepQuiet());
+        const clicked = (event) => {
+            const isPress = event.detail > 0; // a click by key or by script has no press
+            if (isPress && this.#pressedHidden) event.stopPropagation();
+        };
+        controls.addEventListener("click", clicked, { capture: true });
     }
 
     #keyPressed(event) {
