@@ -446,6 +446,27 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             assert.ok((await scrolled(page)) > before + 200, `scrolled from ${before} to ${await scrolled(page)}`);
         });
 
+    if (kind === "chromium")
+        await test("on a phone, a swipe that scrolls past a photo does not count as its use, and a drag does", async (page) => {
+            await open(page, "/feed.html", sizes.phone);
+            await waitForMiddle(page);
+            await page.evaluate(() => localStorage.clear());
+            const { x, y, width, height } = await (await page.$("photo-3d")).boundingBox();
+            const swipe = async (right, down) => {
+                const finger = await page.touchscreen.touchStart(x + width / 2, y + height / 2);
+                for (let i = 1; i <= 10; ++i) await finger.move(x + width / 2 + i * right, y + height / 2 + i * down);
+                await finger.end();
+                await calm(page);
+                return page.evaluate(() => localStorage.getItem("photo-3d-hint"));
+            };
+            assert.equal(await swipe(1, -20), null);
+            assert.ok((await scrolled(page)) > 100);
+            await page.evaluate(() => scrollTo(0, 0));
+            await calm(page);
+            assert.equal(await swipe(0, 0), null, "a tap");
+            assert.equal(await swipe(-10, 0), "seen");
+        });
+
     await test("the share button shares or copies the page's address, or what the page provides instead", async (page) => {
         await open(page, "/one.html", sizes.desktop);
         const outcome = await page.evaluate(async () => {

@@ -70,7 +70,7 @@ export class Photo3D extends Base {
         const { photo, canvas, poster, box } = this.#parts;
         this.#view = new View(canvas, this.#motion);
         this.#view.follow = () => this.#follow();
-        this.#input = new Input({ photo, motion: this.#motion, pane: this.#view.pane, isAlone: () => this.isAlone, changed: () => this.#used() });
+        this.#input = new Input({ photo, motion: this.#motion, pane: this.#view.pane, isAlone: () => this.isAlone, changed: () => this.#changed(), used: () => this.#used() });
         this.#input.listen(box);
         this.#sizes = new ResizeObserver(() => this.#layout());
         this.#tilted = (right, up) => {
@@ -464,11 +464,14 @@ export class Photo3D extends Base {
 
     // Input
 
+    #changed() {
+        this.#keepQuiet();
+        stage.request();
+    }
+
     #used() {
         noteUse();
         this.#parts.hint.hidden = true;
-        this.#keepQuiet();
-        stage.request();
     }
 
     /** Shows the buttons for some seconds, and as long as they are in use. */

@@ -37,11 +37,14 @@ export class Input {
      * @param {Pane} parts.pane
      * @param {() => boolean} parts.isAlone  whether the photo fills the screen
      * @param {() => void} parts.changed  called after every input
+     * @param {() => void} parts.used  called after an input that looks around or zooms, but not if the page scrolled instead
      */
-    constructor({ photo, motion, pane, isAlone, changed }) {
-        Object.assign(this, { photo, motion, pane, isAlone, changed });
+    constructor({ photo, motion, pane, isAlone, changed, used }) {
+        Object.assign(this, { photo, motion, pane, isAlone, changed, used });
         /** Positions of fingers and of a pressed mouse, by pointer id. @type {Map<number, {x: number, y: number}>} */
         this.held = new Map();
+        /** Distance of the current drag, in pixels. */
+        this.dragged = 0;
         this.lastTap = { time: -Infinity, x: 0, y: 0 };
     }
 
@@ -67,7 +70,10 @@ export class Input {
         area.addEventListener("pointermove", (event) => this.pointerMoved(event));
         area.addEventListener("pointerdown", (event) => this.pointerPressed(event));
         area.addEventListener("pointerup", (event) => this.pointerLifted(event));
-        area.addEventListener("pointercancel", (event) => this.pointerLifted(event));
+        area.addEventListener("pointercancel", (event) => {
+            this.dragged = 0; // the page scrolls instead
+            this.pointerLifted(event);
+        });
         area.addEventListener("pointerleave", (event) => {
             if (event.pointerType !== "mouse" || this.held.size > 0) return;
             this.motion.leave();
@@ -79,6 +85,7 @@ export class Input {
             const unit = [1, 40, 800][event.deltaMode]; // pixels, lines, pages
             this.zoom(2 ** ((-event.deltaY * unit) / wheelPixels), ...this.placeOf(event));
             this.changed();
+            this.used();
         };
     }
 
@@ -98,6 +105,7 @@ export class Input {
             const now = { x: event.clientX, y: event.clientY };
             const others = [...this.held.values()].filter((place) => place !== before);
             this.held.set(event.pointerId, now);
+            this.dragged += Math.hypot(now.x - before.x, now.y - before.y);
             if (Math.hypot(now.x - this.lastTap.x, now.y - this.lastTap.y) > doubleTap.moved) this.forgetTap();
             if (others.length === 1) this.pinch(before, now, others[0]);
             if (others.length === 0) this.drag(now.x - before.x, before.y - now.y);
@@ -105,6 +113,7 @@ export class Input {
         } else if (event.pointerType === "mouse" && !this.motion.isReduced()) {
             this.motion.hover(...this.placeOf(event));
             this.changed();
+            this.used();
         }
     }
 
@@ -131,6 +140,7 @@ export class Input {
         else this.forgetTap();
         const canDrag = !isMouse || this.motion.isReduced() || this.pane.target.zoom > 1;
         if (!canDrag || (this.held.size > 0 && !this.isAlone())) return;
+        if (this.held.size === 0) this.dragged = 0;
         this.held.set(event.pointerId, { x: event.clientX, y: event.clientY });
         this.photo.setPointerCapture(event.pointerId);
         this.motion.lead(); // the first touch stops the sway
@@ -141,6 +151,7 @@ export class Input {
         if (!this.held.delete(event.pointerId) || this.held.size > 0) return;
         if (event.pointerType !== "mouse") this.motion.leave();
         this.changed();
+        if (this.dragged > doubleTap.moved) this.used();
     }
 
     /** Detects a double tap. The first double tap magnifies around its position; the next resets the magnification. */
@@ -152,6 +163,7 @@ export class Input {
         if (this.pane.target.zoom > 1) this.reset();
         else this.zoom(doubleTap.zoom, ...this.placeOf({ clientX, clientY }));
         this.changed();
+        this.used();
     }
 
     forgetTap() {
@@ -164,6 +176,7 @@ export class Input {
         if (!step) return false;
         step(this);
         this.changed();
+        this.used();
         return true;
     }
 }
