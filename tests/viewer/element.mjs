@@ -714,20 +714,35 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         await page.waitForFunction(`!(${isAlone})()`);
     });
 
-    await test("without full-screen support (iPhones), the element covers the page, and Escape uncovers it", async (page) => {
-        await open(page, "/feed.html", sizes.desktop);
-        await waitForMiddle(page);
-        const size = await page.evaluate(async () => {
-            const shown = document.querySelector("photo-3d");
-            shown.requestFullscreen = undefined;
-            await shown.enterFullscreen();
-            const { width, height } = shown.shadowRoot.getElementById("box").getBoundingClientRect();
-            return [width, height, innerWidth, innerHeight];
+    for (const layer of ["in the top layer", "without popovers"])
+        await test(`without full-screen support (iPhones), the element covers the page ${layer}, and Escape uncovers it`, async (page) => {
+            await open(page, "/feed.html", sizes.desktop);
+            await waitForMiddle(page);
+            const size = await page.evaluate(async (isTopLayer) => {
+                const shown = document.querySelector("photo-3d");
+                if (isTopLayer) Object.assign(shown.parentElement.style, { transform: "translateX(50px) scale(0.5)", filter: "blur(0)", contain: "strict" });
+                else shown.shadowRoot.getElementById("box").showPopover = undefined;
+                shown.requestFullscreen = undefined;
+                await shown.enterFullscreen();
+                const box = shown.shadowRoot.getElementById("box");
+                const { x, y, width, height } = box.getBoundingClientRect();
+                const top = shown.shadowRoot.elementFromPoint(innerWidth / 2, 20);
+                return [x, y, width, height, innerWidth, innerHeight, box.contains(top)];
+            }, layer === "in the top layer");
+            assert.deepEqual([size[0], size[1], size[3], size[6]], [0, 0, size[5], true], String(size));
+            assert.ok(size[2] >= size[4] - 20, String(size)); // the scroll bar
+            await page.keyboard.press("Escape");
+            assert.equal(await page.evaluate(() => document.querySelector("photo-3d").isAlone), false);
+            const isInPage = await page.evaluate(async () => {
+                const shown = document.querySelector("photo-3d");
+                await shown.enterFullscreen();
+                const { parentElement } = shown;
+                shown.remove();
+                parentElement.append(shown);
+                return !shown.isAlone && shown.shadowRoot.getElementById("photo").offsetWidth > 0;
+            });
+            assert.ok(isInPage, "an element that moves in the page no longer covers it");
         });
-        assert.ok(size[1] === size[3] && size[0] >= size[2] - 20, String(size));
-        await page.keyboard.press("Escape");
-        assert.equal(await page.evaluate(() => document.querySelector("photo-3d").isAlone), false);
-    });
 
     await test("the gallery of a batch lists photos and failures, and filters them", async (page) => {
         await open(page, "/gallery/index.html", sizes.desktop);

@@ -112,6 +112,7 @@ export class Photo3D extends Base {
         stopListeningToTilt(this.#tilted);
         document.removeEventListener("fullscreenchange", this.#fullscreenChanged);
         removeEventListener("keydown", this.#pressed);
+        if (this.#isOver) this.#coverPage(false); // the browser hides popovers that leave the page
         this.#sightChanged(false, 0);
         this.#isNear = false;
         stage.remove(this.#view);
@@ -226,14 +227,12 @@ export class Photo3D extends Base {
     /** Fills the screen. In browsers without full screen (iPhones), the element covers the page instead. */
     async enterFullscreen() {
         if (this.requestFullscreen && document.fullscreenEnabled) return this.requestFullscreen();
-        this.#isOver = true;
-        this.#aloneChanged();
+        this.#coverPage(true);
     }
 
     async exitFullscreen() {
         if (this.matches(":fullscreen")) return document.exitFullscreen();
-        this.#isOver = false;
-        this.#aloneChanged();
+        this.#coverPage(false);
     }
 
     /** Shares the page's address. If the browser cannot share, or the page was opened from the disk, copies or shows the address. */
@@ -432,6 +431,18 @@ export class Photo3D extends Base {
         if (this.isAlone) return this.#motion.scroll(0);
         const { top, height } = this.#parts.box.getBoundingClientRect();
         this.#motion.scroll((innerHeight / 2 - (top + height / 2)) / ((innerHeight + height) / 2));
+    }
+
+    /** @param {boolean} isOver */
+    #coverPage(isOver) {
+        const { box } = this.#parts;
+        if (!isOver) box.removeAttribute("popover");
+        else if (box.showPopover) {
+            box.setAttribute("popover", "manual");
+            box.showPopover(); // in the browser's top layer, transforms, filters and containment of ancestors have no effect
+        }
+        this.#isOver = isOver;
+        this.#aloneChanged();
     }
 
     #aloneChanged() {
