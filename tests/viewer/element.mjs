@@ -684,18 +684,38 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.deepEqual(found, [1, "0.75", "1.50", null]);
     });
 
-    await test("screen readers and the Tab key skip a decorative photo (alt is empty)", async (page) => {
+    await test("a decorative photo (alt is empty) has no focus stop, no buttons and no role for screen readers, unless it fills the screen", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         const states = await page.evaluate(() => {
             const shown = document.querySelector("photo-3d");
             const photo = shown.shadowRoot.getElementById("photo");
-            return ["", "Toys"].map((text) => {
+            const state = () => [photo.getAttribute("aria-hidden"), photo.hasAttribute("tabindex"), shown.shadowRoot.getElementById("controls").hidden];
+            const states = ["", "Toys"].map((text) => {
                 shown.alt = text;
-                return [photo.getAttribute("aria-hidden"), photo.tabIndex];
+                return state();
             });
+            shown.alt = "";
+            shown.setAttribute("standalone", "");
+            return [...states, state()];
         });
-        assert.deepEqual(states, [["true", -1], ["false", 0]]);
+        assert.deepEqual(states, [["true", false, true], ["false", true, false], ["false", true, false]]);
     });
+
+    if (kind === "chromium")
+        await test("screen readers find the keys' description, and names of buttons that include the photo's description", async (page) => {
+            await open(page, "/feed.html", sizes.desktop);
+            await waitForMiddle(page);
+            await page.evaluate(() => (document.querySelectorAll("photo-3d")[1].alt = "A wooden train with four cars, a red bus and a green boat on a long table"));
+            const nodes = [];
+            const collect = (node) => (nodes.push(node), (node.children ?? []).forEach(collect));
+            collect(await page.accessibility.snapshot());
+            const names = (role) => nodes.filter((node) => node.role === role).map(({ name }) => name);
+            assert.equal(names("application")[0], "Toys, 0");
+            assert.deepEqual(names("button").slice(0, 2), ["Full screen Toys, 0", "Full screen A wooden train with four cars, a red bus and a green boat …"]);
+            const photo = nodes.find(({ role }) => role === "application");
+            assert.equal(photo.roledescription, "interactive photo");
+            assert.match(photo.description, /^Arrow keys look around/);
+        });
 
     await test("a photo inside a shadow tree fills the screen, and leaves it", async (page) => {
         await open(page, "/one.html", sizes.desktop);

@@ -32,7 +32,7 @@ export function setIcon(button, name, label) {
 
 /** @param {keyof typeof icons} name */
 export function makeButton(name, label) {
-    const button = make("button", { id: name, type: "button", part: `button ${name}`, hidden: true });
+    const button = make("button", { id: name, type: "button", part: `button ${name}`, "aria-labelledby": `${name} title`, hidden: true });
     setIcon(button, name, label);
     return button;
 }
@@ -44,7 +44,9 @@ const helpText =
 export function makeParts(root) {
     const canvas = make("canvas", { id: "canvas", part: "canvas", hidden: true });
     const poster = make("img", { id: "poster", part: "poster", alt: "", draggable: "false", hidden: true });
-    const photo = make("div", { id: "photo", part: "photo", role: "img", tabindex: "0", "aria-label": "3D photo", "aria-describedby": "help" }, make("slot", { name: "poster" }, poster), canvas);
+    // Screen readers pass arrow keys to an application, but not to an image or a group.
+    const role = { role: "application", "aria-roledescription": "interactive photo" };
+    const photo = make("div", { id: "photo", part: "photo", ...role, tabindex: "0", "aria-label": "3D photo", "aria-describedby": "help" }, make("slot", { name: "poster" }, poster), canvas);
     const caption = make("div", { id: "caption", part: "caption", hidden: true });
     const hint = make("div", { id: "hint", part: "hint", "aria-hidden": "true", hidden: true });
     const message = make("div", { id: "message", part: "message", role: "status", hidden: true });
@@ -57,8 +59,9 @@ export function makeParts(root) {
         fullscreen: makeButton("fullscreen", "Full screen"),
     };
     const controls = make("div", { id: "controls", part: "controls" }, ...Object.values(buttons));
-    const help = make("div", { id: "help" }, helpText);
-    const box = make("div", { id: "box", part: "box" }, photo, caption, hint, message, controls, help);
+    const help = make("div", { id: "help", hidden: true }, helpText);
+    const title = make("div", { id: "title", hidden: true }, "3D photo"); // distinguishes the buttons of several photos
+    const box = make("div", { id: "box", part: "box" }, photo, caption, hint, message, controls, help, title);
     root.append(box);
-    return { box, photo, canvas, poster, caption, hint, message, controls, ...buttons };
+    return { box, photo, canvas, poster, caption, hint, message, controls, title, ...buttons };
 }

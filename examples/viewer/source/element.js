@@ -25,6 +25,9 @@ const quietSeconds = 3;
  */
 const upright = { aspect: 0.7, share: 0.8 };
 
+/** Maximum length of the photo's description in the names of buttons. */
+const maxTitle = 60;
+
 /** Attributes that are also properties. */
 const reflected = ["src", "poster", "alt", "caption", "fit", "loading"];
 
@@ -120,7 +123,7 @@ export class Photo3D extends Base {
     }
 
     attributeChangedCallback(name, before, value) {
-        const { poster, photo, caption } = this.#parts;
+        const { poster, caption } = this.#parts;
         if (before === value) return;
         if (name === "src") this.#sourceChanged();
         if (name === "loading") {
@@ -132,12 +135,7 @@ export class Photo3D extends Base {
             else poster.src = value;
             poster.hidden = value === null;
         }
-        if (name === "alt") {
-            const isDecorative = value === "";
-            photo.setAttribute("aria-label", value || "3D photo");
-            photo.tabIndex = isDecorative ? -1 : 0;
-            photo.setAttribute("aria-hidden", String(isDecorative));
-        }
+        if (name === "alt") this.#describe();
         if (name === "caption") {
             caption.textContent = value ?? "";
             this.#aloneChanged();
@@ -380,10 +378,28 @@ export class Photo3D extends Base {
     }
 
     #offerHint() {
-        offerHint(this.#parts.hint, { isAlone: this.isAlone, isReduced: isReduced() });
+        if (!this.#isDecorative) offerHint(this.#parts.hint, { isAlone: this.isAlone, isReduced: isReduced() });
     }
 
     // Layout
+
+    /** Whether the photo is a decoration of a page. */
+    get #isDecorative() {
+        return this.getAttribute("alt") === "" && !this.isAlone;
+    }
+
+    /** Describes the photo to screen readers. They skip decorations. */
+    #describe() {
+        const { photo, title, controls } = this.#parts;
+        const isDecorative = this.#isDecorative;
+        const alt = this.getAttribute("alt") || "3D photo";
+        photo.setAttribute("aria-label", alt);
+        photo.setAttribute("aria-hidden", String(isDecorative));
+        if (isDecorative) photo.removeAttribute("tabindex");
+        else photo.tabIndex = 0;
+        title.textContent = alt.length > maxTitle ? `${alt.slice(0, maxTitle).replace(/\s+\S*$/, "")} …` : alt;
+        controls.hidden = isDecorative;
+    }
 
     #knownAspect() {
         const { poster } = this.#parts;
@@ -470,6 +486,7 @@ export class Photo3D extends Base {
         if (isAlone) hasHeadset().then((isThere) => (headset.hidden = !isThere || !this.isAlone));
         else headset.hidden = true;
         if (isAlone) this.#keepQuiet();
+        this.#describe();
         this.#layout();
     }
 
