@@ -526,6 +526,22 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.deepEqual(poster, [true, 1]);
     });
 
+    await test("without photos, the renderer keeps no large canvas, and it draws the next photo", async (page) => {
+        await open(page, "/feed.html", sizes.desktop);
+        await waitForMiddle(page);
+        const width = () => page.evaluate(() => window.contexts[0].canvas.width);
+        assert.ok((await width()) > 300);
+        await page.evaluate(() => {
+            window.removed = document.querySelector("main");
+            window.removed.remove();
+        });
+        assert.equal(await width(), 1);
+        await page.evaluate(() => document.body.append(window.removed));
+        await waitForMiddle(page);
+        assert.ok((await width()) > 300);
+        assert.equal((await statistics(page)).contexts, 1);
+    });
+
     await test("the viewer replaces a lost context that the browser does not restore", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);

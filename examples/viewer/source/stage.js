@@ -38,7 +38,9 @@ class Stage {
     /** @param {View} view */
     remove(view) {
         this.views.delete(view);
-        if (this.views.size === 0) document.removeEventListener("scroll", this.whenScrolled, { capture: true });
+        if (this.views.size > 0) return;
+        document.removeEventListener("scroll", this.whenScrolled, { capture: true });
+        if (!this.hasSession) this.renderer?.setSize(1, 1, false); // frees memory; fit() enlarges it
     }
 
     /** Requests an animation frame, in which draw() draws every photo that has changed. */
