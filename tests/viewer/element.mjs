@@ -556,6 +556,51 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok(isDrawn);
     });
 
+    await test("a photo that loses three contexts in a row shows its poster and a message, and the viewer makes no further context", async (page) => {
+        await page.evaluateOnNewDocument(() => {
+            window.isLosing = true;
+            const { drawElements } = WebGL2RenderingContext.prototype;
+            WebGL2RenderingContext.prototype.drawElements = function (...values) {
+                drawElements.apply(this, values);
+                if (window.isLosing) this.getExtension("WEBGL_lose_context")?.loseContext();
+            };
+        });
+        await open(page, "/one.html", sizes.desktop);
+        await page.evaluate(() => {
+            const shown = document.createElement("photo-3d");
+            for (const name of ["src", "poster"]) shown.setAttribute(name, { src: "/feed.glb", poster: "/poster.jpg" }[name]);
+            document.getElementById("place").append(shown);
+        });
+        await page.waitForFunction(() => /can't be shown. The browser can't draw it/.test(document.querySelector("photo-3d").shadowRoot.getElementById("message").textContent));
+        await new Promise((resolve) => setTimeout(resolve, 3000));
+        const found = await page.evaluate(() => {
+            const { canvas, complete, shadowRoot } = document.querySelector("photo-3d");
+            return [window.contexts.length, canvas.hidden, complete, shadowRoot.getElementById("poster").getClientRects().length];
+        });
+        assert.ok(found[0] <= 4, `${found[0]} contexts`);
+        assert.deepEqual(found.slice(1), [true, false, 1]);
+        await page.evaluate(async () => {
+            window.isLosing = false;
+            await document.querySelector("photo-3d").show(await (await fetch("/feed.glb")).arrayBuffer());
+        });
+        assert.equal(await page.evaluate(() => document.querySelector("photo-3d").complete), true, "another photo is drawn");
+    });
+
+    await test("a photo that can't be drawn does not stop the others", async (page) => {
+        await open(page, "/feed.html", sizes.desktop);
+        await page.evaluate(() => {
+            const [first, second] = document.querySelectorAll("photo-3d");
+            first.canvas.getContext("2d").drawImage = () => {
+                throw new Error("no canvas");
+            };
+            second.scrollIntoView();
+            scrollBy(0, -300);
+        });
+        await page.waitForFunction(() => /It can't be drawn: no canvas/.test(document.querySelector("photo-3d").shadowRoot.getElementById("message").textContent));
+        await page.waitForFunction(() => document.querySelectorAll("photo-3d")[1].complete);
+        assert.equal(await page.evaluate(() => document.querySelector("photo-3d").complete), false);
+    });
+
     for (const ratio of kind === "chromium" ? [1, 3] : [1])
         await test(`the canvas is transparent around a model, with smooth silhouettes at ${ratio} device pixels per CSS pixel`, async (page) => {
             await open(page, "/one.html", { width: 400, height: 400, deviceScaleFactor: ratio });

@@ -73,6 +73,10 @@ export class Photo3D extends Base {
         const { photo, canvas, poster, box } = this.#parts;
         this.#view = new View(canvas, this.#motion);
         this.#view.follow = () => this.#follow();
+        this.#view.failed = (error) => {
+            if (this.#hasPoster()) this.#hideCanvas();
+            this.#fail(error);
+        };
         this.#input = new Input({ photo, motion: this.#motion, pane: this.#view.pane, isAlone: () => this.isAlone, changed: () => this.#changed(), used: () => this.#used() });
         this.#input.listen(box);
         this.#sizes = new ResizeObserver(() => this.#layout());
@@ -336,7 +340,7 @@ export class Photo3D extends Base {
             if (source === this.#swayedSource) this.#motion.reset(); // a photo that returns into view does not sway again
             this.#swayedSource = source;
         } catch (failure) {
-            if (!signal.aborted) this.#fail(failure);
+            if (!signal.aborted && failure !== this.#view.failure) this.#fail(failure);
         }
     }
 
@@ -375,6 +379,7 @@ export class Photo3D extends Base {
         });
         const hasLeft = new Promise((resolve) => (this.#left = resolve));
         if (this.#view.isInSight) await Promise.race([isDrawn, hasLeft]);
+        if (this.#view.failure) throw this.#view.failure;
     }
 
     #offerHint() {

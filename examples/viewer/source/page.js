@@ -93,8 +93,9 @@ async function showPhoto(bytes) {
     const shown = viewer();
     try {
         await shown.show(bytes);
-        if (!shown.complete) await new Promise((resolve) => shown.addEventListener("load", resolve, { once: true })); // it was out of sight
-        return true;
+        // It may have been out of sight.
+        if (!shown.complete) await new Promise((resolve) => ["load", "error"].forEach((name) => shown.addEventListener(name, resolve, { once: true })));
+        return shown.complete;
     } catch (failure) {
         if (failure.name === "AbortError") return false; // another photo replaced it
         const isFlat = failure.name === "NotSupportedError";

@@ -5,8 +5,17 @@ import { NoToneMapping, WebGLRenderer } from "three";
 
 /** @typedef {import("./view.js").View} View */
 
-/** Seconds until the first attempt to restore a lost context; each further attempt waits twice as long. */
+/** Seconds until the first attempt to replace a lost context. Each further attempt waits twice as long, until a context lasts. */
 const retrySeconds = 0.25;
+
+/** Wait after which there are no further attempts. */
+const maxRetrySeconds = 60;
+
+/** A context lasts if it still draws after this time. */
+const lastingSeconds = 5;
+
+/** Number of contexts in a row that a photo may lose. Then it is no longer drawn. */
+const maxLosses = 3;
 
 class Stage {
     constructor() {
@@ -20,6 +29,9 @@ class Stage {
         this.isScrolled = true;
         this.wait = retrySeconds;
         this.hasSession = false;
+        /** Views of the last frame. If the context is lost, one of them is the cause. @type {View[]} */
+        this.drawn = [];
+        this.contextTime = 0;
     }
 
     /** @param {View} view */
@@ -61,6 +73,7 @@ class Stage {
         renderer.xr.enabled = true;
         renderer.xr.setReferenceSpaceType("local");
         this.counts.contexts += 1;
+        this.contextTime = performance.now();
         this.renderer = renderer;
         canvas.addEventListener("webglcontextlost", () => this.comeBack(renderer), { once: true });
         return renderer;
@@ -72,17 +85,26 @@ class Stage {
             this.renderer = null;
             lost.dispose();
         }
+        for (const view of this.drawn) {
+            view.losses += 1;
+            if (view.losses >= maxLosses) view.fail(new Error("The browser can't draw it."));
+        }
+        this.drawn = [];
+        this.retry();
+    }
+
+    retry() {
+        if (this.wait > maxRetrySeconds) return;
         setTimeout(() => {
             try {
                 this.need();
             } catch {
-                this.wait *= 2;
-                return this.comeBack(null);
+                return this.retry();
             }
-            this.wait = retrySeconds;
             for (const view of this.views) view.needsDrawing = true;
             this.request();
         }, 1000 * this.wait);
+        this.wait *= 2;
     }
 
     /** @param {number} time  in milliseconds */
@@ -103,17 +125,36 @@ class Stage {
     render(due, shown) {
         this.fit(shown);
         this.counts.frames += 1;
-        const { renderer } = this;
-        renderer.setScissorTest(true); // clears only the drawn area
+        this.drawn = [];
+        this.renderer.setScissorTest(true); // clears only the drawn area
         for (const view of due) {
-            const { width, height } = view;
-            renderer.setViewport(0, 0, width, height);
-            renderer.setScissor(0, 0, width, height);
-            view.draw(renderer);
-            if (renderer.getContext().isContextLost()) return;
-            view.take(renderer.domElement);
-            this.counts.drawings += renderer.info.render.calls;
+            this.drawn.push(view);
+            try {
+                this.renderView(view);
+            } catch (failure) {
+                if (!this.isLost) view.fail(new Error(`It can't be drawn: ${failure.message}`)); // the other photos are drawn nevertheless
+            }
+            if (this.isLost) return;
         }
+        if (performance.now() - this.contextTime < 1000 * lastingSeconds) return;
+        this.wait = retrySeconds;
+        for (const view of this.views) view.losses = 0;
+    }
+
+    get isLost() {
+        return this.renderer.getContext().isContextLost();
+    }
+
+    /** @param {View} view */
+    renderView(view) {
+        const { renderer } = this;
+        const { width, height } = view;
+        renderer.setViewport(0, 0, width, height);
+        renderer.setScissor(0, 0, width, height);
+        view.draw(renderer);
+        if (this.isLost) return;
+        view.take(renderer.domElement);
+        this.counts.drawings += renderer.info.render.calls;
     }
 
     /**

@@ -38,6 +38,12 @@ export class View {
         this.needsDrawing = this.isMoving = false;
         /** The renderer that drew the backdrop's picture. */
         this.preparedBy = null;
+        /** Number of WebGL contexts in a row that were lost when they drew this view. */
+        this.losses = 0;
+        /** Reason why the photo can't be drawn. @type {Error | null} */
+        this.failure = null;
+        /** Receives the reason. */
+        this.failed = () => {};
         this.whenDrawn = () => {};
         /** Reads the photo's position in a scrolling page. */
         this.follow = () => {};
@@ -47,7 +53,7 @@ export class View {
      * Replaces the current photo.
      *
      * @param {Photo} photo
-     * @returns {Promise<boolean>} true when the photo is drawn; false if it is released earlier
+     * @returns {Promise<boolean>} true when the photo is drawn; false if it fails or is released earlier
      */
     show(photo) {
         this.release();
@@ -71,7 +77,15 @@ export class View {
         if (this.wall) disposeOf({ model: this.wall });
         this.backdrop.release();
         this.photo = this.wall = this.preparedBy = this.flatFrame = null;
+        this.failure = null;
         this.whenDrawn(false);
+    }
+
+    /** Gives up the photo. @param {Error} error */
+    fail(error) {
+        this.release();
+        this.failure = error;
+        this.failed(error);
     }
 
     /** @param {number} width @param {number} height  of the canvas, in canvas pixels */
