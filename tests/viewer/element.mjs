@@ -11,7 +11,7 @@ import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
 import puppeteer from "puppeteer-core";
 import { checkGlb } from "../../examples/viewer/source/check_glb.js";
-import { putTogether, square, takeApart } from "./glb.mjs";
+import { besideMiddle, putTogether, square, takeApart } from "./glb.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const top = join(here, "../..");
@@ -96,6 +96,7 @@ function hostileFiles() {
         change(json);
         return putTogether({ json, binary });
     };
+    const withCamera = (yfov, aspectRatio) => plain((json) => (json.cameras = [{ type: "perspective", perspective: { yfov, aspectRatio, znear: 0.1 } }]));
     const meshopt = (count) => ({ EXT_meshopt_compression: { count, byteStride: 256 } });
     /** Returns a model with an image, given as characters of one byte each. */
     const withImage = (image, textures = 1, images = 1, texture = { source: 0 }) => {
@@ -159,6 +160,12 @@ function hostileFiles() {
         meshoptLies: changed((json) => json.bufferViews.forEach(({ extensions }) => extensions && Object.values(extensions).forEach((e) => (e.count = 1e7)))),
         meshoptSecond: plain((json) => (json.bufferViews[0].extensions = { OTHER: {}, ...meshopt(4e6) })),
         meshoptNegative: plain((json) => json.bufferViews.push({ extensions: meshopt(-1e15) }, { extensions: meshopt(4e6) })),
+        ...Object.fromEntries(
+            Object.entries({ flat: [1, 1e-9], wide: [1, 1e6], narrow: [1, 0.04], negative: [1, -1], text: [1, "2"], noWidth: [1, 0] }).map(([name, camera]) => [`${name}Camera`, withCamera(...camera)]),
+        ),
+        ...Object.fromEntries([0, -1, 4, 1e300, "1", null].map((yfov) => [`fieldOfView ${yfov}`, withCamera(yfov, 1)])),
+        lights: plain((json) => Object.assign(json, { extensions: { KHR_lights_punctual: { lights: [{ type: "directional" }] } } })),
+        transmission: plain((json) => (json.materials[0].extensions.KHR_materials_transmission = { transmissionFactor: 1 })),
         textAsCount: plain((json) => json.accessors.push({ count: "1e-9", type: "SCALAR" }, { count: 4e9, type: "SCALAR" })),
     };
 }
@@ -637,8 +644,12 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.throws(() => checkGlb(bytesOf(hostile.animated)), /animations/);
         assert.throws(() => checkGlb(bytesOf(hostile.sharedVertices)), /too many meshes/);
         assert.throws(() => checkGlb(bytesOf(hostile.instances)), /draws a mesh many times/);
+        for (const name of Object.keys(hostile).filter((name) => name.endsWith("Camera"))) assert.throws(() => checkGlb(bytesOf(hostile[name])), /aspect ratio/, name);
+        for (const name of Object.keys(hostile).filter((name) => name.startsWith("fieldOfView"))) assert.throws(() => checkGlb(bytesOf(hostile[name])), /field of view/, name);
+        assert.throws(() => checkGlb(bytesOf(hostile.lights)), /lights/);
+        assert.throws(() => checkGlb(bytesOf(hostile.transmission)), /KHR_materials_transmission/);
         for (const name of ["cyclic", "deep"]) assert.throws(() => checkGlb(bytesOf(hostile[name])), /nested too deeply/, name);
-        checkGlb(bytesOf(square())), checkGlb(bytesOf(glb));
+        for (const file of [square(), besideMiddle(), glb]) checkGlb(bytesOf(file));
     });
 
     await test("hostile files cause an error message and no requests", async (page) => {

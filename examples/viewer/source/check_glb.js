@@ -1,6 +1,6 @@
 // Refuses GLB files that need more resources than a photo should, or that refer to other files.
 
-const limits = { nodes: 10_000, values: 60_000_000, side: 16_384, texels: 200_000_000 };
+const limits = { nodes: 10_000, values: 60_000_000, side: 16_384, texels: 200_000_000, aspect: 20 };
 const components = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
 
 /** Checks a GLB file. Throws an error with a message for users. @param {ArrayBuffer} bytes */
@@ -37,6 +37,9 @@ export function checkGlb(bytes) {
     const viewed = total(list("bufferViews").map(({ byteLength = 0, extensions }) => (extensions?.EXT_meshopt_compression ?? { byteLength }).byteLength ?? 0));
     if (!(viewed <= 2 * bytes.byteLength)) throw new Error("Its views of the binary data overlap too much.");
     if (json.animations !== undefined || json.skins !== undefined) throw new Error("It has animations.");
+    if (json.extensions?.KHR_lights_punctual !== undefined || list("extensionsUsed").includes("KHR_lights_punctual")) throw new Error("It has lights.");
+    checkCameras(list("cameras"));
+    checkMaterials(list("materials"));
     checkNodes(list("nodes"));
     checkMeshes(list("nodes"), list("meshes"), list("accessors"));
     const sizes = sizesOfImages(list("images"), list("bufferViews"), new Uint8Array(bytes, Math.min(binary, end), Math.max(end - binary, 0)));
@@ -44,6 +47,22 @@ export function checkGlb(bytes) {
     const sourcesOf = ({ source, extensions }) => [source, ...Object.values(extensions ?? {}).map((other) => other?.source)];
     const shown = list("textures").map((texture) => Math.max(...sourcesOf(texture).map((source) => sizes[source] ?? 0)));
     if (total(shown) > limits.texels) throw new Error("Its textures are too large.");
+}
+
+function checkCameras(cameras) {
+    for (const { type, perspective } of cameras) {
+        if (type !== "perspective") continue;
+        const { yfov, aspectRatio = 1 } = perspective ?? {};
+        if (!(typeof yfov === "number" && yfov > 0 && yfov < Math.PI)) throw new Error("Its camera's field of view is not between 0 and 180 degrees.");
+        if (!(typeof aspectRatio === "number" && aspectRatio >= 1 / limits.aspect && aspectRatio <= limits.aspect))
+            throw new Error(`Its camera's aspect ratio is not between 1/${limits.aspect} and ${limits.aspect}.`);
+    }
+}
+
+/** Refuses extensions that photos do not need. Some of them draw the scene several times. */
+function checkMaterials(materials) {
+    const other = materials.flatMap(({ extensions }) => Object.keys(extensions ?? {})).find((name) => name !== "KHR_materials_unlit");
+    if (other !== undefined) throw new Error(`Its materials need the extension ${other}.`);
 }
 
 /** Checks that every node has at most one parent, and that no node is its own ancestor. */

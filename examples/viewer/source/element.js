@@ -16,6 +16,9 @@ import { View } from "./view.js";
 /** Maximum number of pixels of a canvas. More pixels would make no visible difference. */
 const maxPixels = 6_000_000;
 
+/** Maximum side of a canvas in pixels, which graphics cards support. */
+const maxSide = 8192;
+
 /** Seconds until the buttons over a full-screen photo disappear. */
 const quietSeconds = 3;
 
@@ -441,7 +444,7 @@ export class Photo3D extends Base {
         box.style.setProperty("--_room", `${Math.max(left, 120)}px`);
         fit.hidden = !isOffered;
         setIcon(fit, "fit", isCovered ? "Show the whole photo" : "Fill the screen");
-        const ratio = Math.min(devicePixelRatio, Math.sqrt(maxPixels / (width * height)));
+        const ratio = Math.min(devicePixelRatio, Math.sqrt(maxPixels / (width * height)), maxSide / Math.max(width, height));
         if (this.#view.photo) this.#view.setSize(Math.max(Math.round(width * ratio), 1), Math.max(Math.round(height * ratio), 1));
         this.#follow();
         stage.request();

@@ -106,6 +106,9 @@ function depthRange(model) {
     return { nearest, farthest: Math.max(farthest, nearest * 1.001) };
 }
 
+/** Maximum aspect ratio of a model without a camera, as in check_glb.js. */
+const maxAspect = 20;
+
 /** Rows and columns of the grid in which middleOfInterest() looks for near surfaces. */
 const interestCells = 32;
 
@@ -172,6 +175,7 @@ function cameraThatSeesAll(scene) {
         halfHeight = (0.6 * size.y) / distance;
     }
     halfWidth = Math.max(halfWidth, 1e-3);
-    halfHeight = Math.max(halfHeight, 1e-3);
+    halfHeight = Math.max(halfHeight, 1e-3, halfWidth / maxAspect);
+    halfWidth = Math.max(halfWidth, halfHeight / maxAspect);
     return { matrixWorld, fov: (Math.atan(halfHeight) * 360) / Math.PI, aspect: halfWidth / halfHeight, fillsView };
 }
