@@ -57,6 +57,7 @@ window.wasDefined = customElements.get("photo-3d") !== undefined;</script>`),
     "/lazy.html": feedOf((i) => element(i).replace('poster="/poster.jpg"', `loading="lazy" poster="/poster.jpg?${i}"`)),
     "/strict.html": `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Strict</title><script type="module" src="/photo-3d.js">
 </script></head><body>${element(0)}</body></html>`,
+    "/slotted.html": pageAround('<photo-3d src="/feed.glb"><img slot="poster" src="/poster.jpg" alt=""></photo-3d>'),
     "/one.html": pageAround(`<div id="place" style="width: 300px; background: rgb(0, 255, 0)"></div>`),
     ...Object.fromEntries(Object.entries(hostile).map(([name, bytes]) => [`/${name}.glb`, bytes])),
 };
@@ -340,6 +341,20 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         });
         assert.deepEqual(shown, [true, true]);
         await page.screenshot({ path: join(pictures, `${kind}_without_webgl.png`) });
+    });
+
+    await test("without constructable style sheets, the poster inside the element stays visible", async (page) => {
+        await page.evaluateOnNewDocument(() => {
+            window.CSSStyleSheet = function () {
+                throw new TypeError("Illegal constructor");
+            };
+        });
+        await open(page, "/slotted.html", sizes.desktop);
+        await page.waitForFunction(() => customElements.get("photo-3d"));
+        const { width, height } = await (await page.$("photo-3d img")).boundingBox();
+        assert.ok(width > 100 && height > 100);
+        assert.ok(page.errors.length > 0 && page.errors.every((message) => /Illegal constructor/.test(message)), String(page.errors));
+        page.errors.length = 0;
     });
 
     await test("the photo moves while the page scrolls, and otherwise stays at rest", async (page) => {

@@ -69,8 +69,9 @@ export class Photo3D extends Base {
 
     constructor() {
         super();
-        const root = this.attachShadow({ mode: "open" });
+        // Before the shadow root, so that a browser without such sheets keeps showing the poster inside the element.
         if (!sheet) (sheet = new CSSStyleSheet()).replaceSync(sheetText);
+        const root = this.attachShadow({ mode: "open" });
         root.adoptedStyleSheets = [sheet];
         this.#parts = makeParts(root);
         const { photo, canvas, poster, box } = this.#parts;
