@@ -510,12 +510,20 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             button.click();
             await new Promise((resolve) => setTimeout(resolve, 100));
             const other = shown.shadowRoot.getElementById("message").textContent;
+            const refusals = [];
+            for (const name of ["NotAllowedError", "AbortError"]) {
+                shown.report("");
+                navigator.share = () => Promise.reject(new DOMException("refused", name));
+                button.click();
+                await new Promise((resolve) => setTimeout(resolve, 100));
+                refusals.push(shown.shadowRoot.getElementById("message").textContent);
+            }
             shown.addEventListener("share", (event) => event.preventDefault());
             navigator.share = async (what) => shared.push(what);
             button.click();
             await new Promise((resolve) => setTimeout(resolve, 100));
             const caption = shown.shadowRoot.getElementById("caption").innerText;
-            return { isHidden: button.hidden, shared, copied, message, other, caption };
+            return { isHidden: button.hidden, shared, copied, message, other, refusals, caption };
         });
         const url = `${site}/one.html`;
         assert.deepEqual(outcome, {
@@ -524,6 +532,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             copied: [url],
             message: "The address is copied.",
             other: `The address is ${url}`,
+            refusals: [`The address is ${url}`, ""],
             caption: "Toys",
         });
     });
@@ -700,6 +709,28 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
     await test("a page with a strict Content-Security-Policy shows a compressed photo", async (page) => {
         await open(page, "/strict.html", sizes.desktop);
         await page.waitForFunction(() => document.querySelector("photo-3d").complete);
+    });
+
+    await test("a property set to null removes its attribute, and a page may set loading after poster", async (page) => {
+        asked.length = 0;
+        await open(page, "/one.html", sizes.desktop);
+        const found = await page.evaluate(async () => {
+            const place = document.getElementById("place");
+            place.style.paddingTop = "20000px";
+            const shown = Object.assign(document.createElement("photo-3d"), { poster: "/poster.jpg?late", loading: "lazy" });
+            place.append(shown);
+            const parsed = document.createElement("div");
+            parsed.innerHTML = '<photo-3d poster="/poster.jpg?parsed" loading="lazy"></photo-3d>';
+            place.append(parsed);
+            await new Promise((resolve) => setTimeout(resolve, 500));
+            const poster = shown.shadowRoot.getElementById("poster");
+            const isLazy = poster.loading === "lazy" && poster.getAttribute("src") === "/poster.jpg?late";
+            for (const name of ["poster", "src", "alt"]) shown[name] = null;
+            await Promise.resolve();
+            return [isLazy, shown.hasAttribute("poster"), shown.poster, poster.hasAttribute("src"), shown.hasAttribute("alt")];
+        });
+        assert.deepEqual(found, [true, false, "", false, false]);
+        assert.deepEqual(asked.filter((path) => /poster|null/.test(path)), []);
     });
 
     await test('with loading="lazy", posters far below the window are not fetched', async (page) => {

@@ -42,12 +42,19 @@ export interface Statistics {
 
 /** `<photo-3d>`: a 3D photo. Fires `load`, `error` (an ErrorEvent) and `share` (cancelable). */
 export class Photo3D extends HTMLElement {
-    src: string;
-    poster: string;
-    alt: string;
-    caption: string;
-    fit: string;
-    loading: string;
+    // null removes the attribute. An absent attribute reads as an empty text.
+    get src(): string;
+    set src(value: string | null);
+    get poster(): string;
+    set poster(value: string | null);
+    get alt(): string;
+    set alt(value: string | null);
+    get caption(): string;
+    set caption(value: string | null);
+    get fit(): string;
+    set fit(value: string | null);
+    get loading(): string;
+    set loading(value: string | null);
     /** Whether the photo fills the screen. */
     readonly isAlone: boolean;
     /** Whether the 3D photo has replaced its poster. */

@@ -134,15 +134,9 @@ export class Photo3D extends Base {
         const { poster, caption } = this.#parts;
         if (before === value) return;
         if (name === "src") this.#sourceChanged();
-        if (name === "loading") {
-            poster.loading = value === "lazy" ? "lazy" : "eager";
-            if (this.isConnected) this.#loadIfDue();
-        }
-        if (name === "poster") {
-            if (value === null) poster.removeAttribute("src");
-            else poster.src = value;
-            poster.hidden = value === null;
-        }
+        if (name === "loading" && this.isConnected) this.#loadIfDue();
+        if (name === "poster") poster.hidden = value === null;
+        if (name === "poster" || name === "loading") queueMicrotask(() => this.#loadPoster()); // the page may set `loading` after `poster`
         if (name === "alt") this.#describe();
         if (name === "caption") {
             caption.textContent = value ?? "";
@@ -241,12 +235,16 @@ export class Photo3D extends Base {
         this.#coverPage(false);
     }
 
-    /** Shares the page's address. If the browser cannot share, or the page was opened from the disk, copies or shows the address. */
+    /** Shares the page's address. If the browser cannot or does not share it, or the page is on the disk, copies or shows the address. */
     async share() {
         if (!this.dispatchEvent(new CustomEvent("share", { cancelable: true })) || !hasAddress()) return;
         const url = location.href;
         const title = this.getAttribute("caption") || document.title;
-        if (navigator.share && /^https?:/.test(url)) return navigator.share({ title, url }).catch(() => {}); // the user canceled
+        try {
+            if (navigator.share && /^https?:/.test(url)) return await navigator.share({ title, url });
+        } catch (failure) {
+            if (failure.name === "AbortError") return; // the user canceled
+        }
         try {
             await navigator.clipboard.writeText(url);
             this.#say("The address is copied.", 3);
@@ -297,6 +295,14 @@ export class Photo3D extends Base {
         this.#load = null;
         this.#view.release();
         if (this.#hasPoster()) this.#hideCanvas();
+    }
+
+    #loadPoster() {
+        const { poster } = this.#parts;
+        const source = this.getAttribute("poster");
+        poster.loading = this.getAttribute("loading") === "lazy" ? "lazy" : "eager";
+        if (source === null) poster.removeAttribute("src");
+        else if (poster.getAttribute("src") !== source) poster.src = source;
     }
 
     #hasPoster() {
@@ -599,7 +605,8 @@ for (const name of reflected)
             return this.getAttribute(name) ?? "";
         },
         set(value) {
-            this.setAttribute(name, value);
+            if (value === null || value === undefined) this.removeAttribute(name);
+            else this.setAttribute(name, value);
         },
     });
 
