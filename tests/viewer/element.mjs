@@ -848,6 +848,16 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         const button = await page.evaluateHandle(() => document.getElementById("place").shadowRoot.getElementById("inner").shadowRoot.getElementById("fullscreen"));
         await button.click();
         await page.waitForFunction(isAlone);
+        const changes = await page.evaluate(async () => {
+            const other = Object.assign(document.createElement("photo-3d"), { id: "other" });
+            document.body.append(other);
+            await new Promise((resolve) => setTimeout(resolve, 300)); // for its first layout
+            const observer = new MutationObserver(() => {});
+            observer.observe(other.shadowRoot, { attributes: true, childList: true, subtree: true });
+            document.dispatchEvent(new Event("fullscreenchange"));
+            return observer.takeRecords().length;
+        });
+        assert.equal(changes, 0, "changes of another element");
         await button.evaluate((fullscreen) => fullscreen.click()); // Firefox's notice may cover the button
         await page.waitForFunction(`!(${isAlone})()`);
     });

@@ -35,7 +35,8 @@ const maxTitle = 60;
 const reflected = ["src", "poster", "alt", "caption", "fit", "loading"];
 
 let sheet;
-const isReduced = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
+const reducedMotion = globalThis.matchMedia?.("(prefers-reduced-motion: reduce)");
+const isReduced = () => reducedMotion.matches;
 /** Whether the page has an address to share. Documents of frames with `srcdoc`, and of data: and blob: URLs, have none. */
 const hasAddress = () => /^(https?|file):/.test(location.href);
 const Base = globalThis.HTMLElement ?? class {}; // allows imports outside browsers, where HTMLElement is missing
@@ -62,6 +63,7 @@ export class Photo3D extends Base {
     /** Called when the photo leaves the window, so that #show() stops waiting. */
     #left = () => {};
     #isOver = false;
+    #wasFullscreen = false;
     #coverChoice = null;
     #quiet = 0;
     /** Whether the buttons were invisible when the last press began. */
@@ -94,7 +96,7 @@ export class Photo3D extends Base {
         this.#listenToButtons();
         this.#revealControls();
         this.#pressed = (event) => this.#keyPressed(event);
-        this.#fullscreenChanged = () => this.#aloneChanged();
+        this.#fullscreenChanged = () => this.matches(":fullscreen") !== this.#wasFullscreen && this.#aloneChanged();
         this.#watcher = {
             sightChanged: (isInSight, share) => this.#sightChanged(isInSight, share),
             nearnessChanged: (isNear) => this.#nearnessChanged(isNear),
@@ -479,6 +481,7 @@ export class Photo3D extends Base {
     #aloneChanged() {
         const { box, caption, fullscreen, reset, share, headset, tilt } = this.#parts;
         const { isAlone } = this;
+        this.#wasFullscreen = this.matches(":fullscreen");
         box.classList.toggle("alone", isAlone);
         box.classList.toggle("over", this.#isOver);
         this.#input.setAlone(isAlone);
