@@ -347,6 +347,32 @@ async function testsOfChromium(browser, open, openShared) {
         page.errors = page.errors.filter((line) => !/WebGL/.test(line));
     });
 
+    const withoutDrawing = () => {
+        if (window !== window.top) window.requestAnimationFrame = () => 1;
+    };
+    await test("while the viewer draws nothing, the page saves files, and it shows the flat photo after some seconds", open({ first: withoutDrawing }), async (page) => {
+        const converting = choose(page, sample);
+        await page.waitForFunction(() => document.documentElement.dataset.view === "shown");
+        const disabled = () => page.evaluate(() => ["glb", "page", "video", "again"].filter((id) => document.getElementById(id).disabled));
+        assert.deepEqual(await disabled(), ["video", "again"]);
+        await page.evaluate(() => {
+            window.saved = [];
+            HTMLAnchorElement.prototype.click = function () {
+                window.saved.push(this.download);
+            };
+        });
+        for (const id of ["glb", "page"]) await page.click(`#${id}`);
+        await page.waitForFunction(() => window.saved.length === 2);
+        assert.deepEqual(await page.evaluate(() => window.saved), ["sample.glb", "sample.html"]);
+        assert.match((await converting).status, /^sample is ready\. .*This is the flat photo/);
+        assert.deepEqual(await disabled(), []);
+        const state = await page.evaluate(() => {
+            const shown = document.getElementById("frame").contentDocument.querySelector("photo-3d");
+            return [shown.complete, shown.shadowRoot.getElementById("poster").naturalWidth > 0, document.getElementById("video").hidden];
+        });
+        assert.deepEqual(state, [false, true, true]);
+    });
+
     await test("the next photo replaces the first one, in the same WebGL context", open(), async (page) => {
         for (const path of [sample, join(made, "turned.jpg")]) assert.equal((await choose(page, path)).error, undefined);
         const found = await page.evaluate(() => {

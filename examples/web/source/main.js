@@ -23,6 +23,9 @@ const stages = new Map([
     ["encoding", ["Writing the file", 0.07]],
 ]);
 
+/** Seconds after which the page no longer waits for the viewer to draw the 3D photo. Meanwhile, the viewer shows the flat photo. */
+const viewerSeconds = 15;
+
 /** Length of videos: one cycle of the viewer's sway. */
 const videoSeconds = 7;
 
@@ -33,12 +36,16 @@ let shown = null;
 let viewer = null;
 let isBusy = false;
 
-/** @param {"empty" | "busy" | "recording" | "shown"} view @param {boolean} [becomesBusy]  whether the page refuses photos and disables its buttons */
+/**
+ * @param {"empty" | "busy" | "recording" | "shown"} view
+ * @param {boolean} [becomesBusy]  whether the page refuses photos and disables its buttons, except those that save what is shown
+ */
 function setView(view, becomesBusy = view === "busy" || view === "recording") {
     root.dataset.view = view;
     isBusy = becomesBusy;
     element("frame").inert = view === "recording"; // input would end the sway
-    for (const id of ["choose", "camera", "again", "glb", "page", "video", "share"]) element(id).disabled = isBusy;
+    for (const id of ["choose", "camera", "again", "video", "share"]) element(id).disabled = isBusy;
+    for (const id of ["glb", "page"]) element(id).disabled = isBusy && view !== "shown";
 }
 
 function say(text, isError = false) {
@@ -74,22 +81,35 @@ async function convert(file) {
         showProgress("Opening the 3D photo", 1);
         const name = file.name.replace(/\.[^.]*$/, "") || "photo";
         shown = { photo, name };
-        await open();
-        say(`${name} is ready.${photo.depthSource ? ` Depth: ${photo.depthSource}.` : ""}`);
+        const canvas = await open();
+        const isLate = canvas === undefined ? " The browser has not drawn the 3D photo yet. This is the flat photo." : "";
+        say(`${name} is ready.${photo.depthSource ? ` Depth: ${photo.depthSource}.` : ""}${isLate}`);
     } catch (failure) {
         setView(shown ? "shown" : "empty");
         say(failure.message, true);
     }
 }
 
-/** Shows the 3D photo from its beginning. @param {"shown" | "recording"} view */
+/**
+ * Shows the 3D photo from its beginning.
+ *
+ * @param {"shown" | "recording"} view
+ * @returns {Promise<HTMLCanvasElement | null | undefined>} null if the viewer shows a message instead; undefined if it does not draw in time
+ */
 async function open(view = "shown") {
-    await readyViewer();
+    const { photo, name } = shown;
     setView(view, true); // busy until the photo is drawn
-    const canvas = await showPhoto(element("frame"), shown.photo, shown.name);
+    const drawing = readyViewer().then(() => showPhoto(element("frame"), photo, name));
+    const offerVideo = (canvas) => {
+        const isOffered = canvas && videoType() && !matchMedia("(prefers-reduced-motion: reduce)").matches;
+        if (shown.photo === photo) element("video").hidden = !isOffered;
+        return canvas;
+    };
+    const deadline = new Promise((resolve) => setTimeout(resolve, 1000 * viewerSeconds));
+    const canvas = offerVideo(await Promise.race([drawing, deadline]));
+    if (canvas === undefined) drawing.then(offerVideo, () => {}); // it may still be drawn, for example when the user returns to this tab
     setView(view);
-    element("share").hidden = !canShare(fileOf("", shown.name));
-    element("video").hidden = !canvas || !videoType() || matchMedia("(prefers-reduced-motion: reduce)").matches;
+    element("share").hidden = !canShare(fileOf("", name));
     if (document.activeElement === document.body) element("frame").focus(); // the focused button is gone, so the viewer handles keys
     return canvas;
 }
