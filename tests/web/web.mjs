@@ -272,6 +272,17 @@ async function testsOfChromium(browser, open, openShared) {
         }
     });
 
+    await test("after an error, the focus is on the button that chooses a photo", open(), async (page) => {
+        const focused = () => page.evaluate(() => document.activeElement.id);
+        await page.focus("#choose");
+        await choose(page, join(made, "text.jpg"));
+        assert.equal(await focused(), "choose");
+        await choose(page, sample);
+        await page.focus("#again");
+        await choose(page, join(made, "text.jpg"));
+        assert.equal(await focused(), "again");
+    });
+
     await test("the page saves a GLB, an HTML page whose photo moves on its own, and a video", open({ width: 480, height: 640 }), async (page) => {
         await choose(page, sample);
         await page.evaluate(() => {

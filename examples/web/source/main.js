@@ -87,7 +87,14 @@ async function convert(file) {
     } catch (failure) {
         setView(shown ? "shown" : "empty");
         say(failure.message, true);
+        keepFocus(shown ? "again" : "choose");
     }
+}
+
+/** Focuses a button if the page has lost the focus because the focused button was hidden. */
+function keepFocus(id) {
+    const { activeElement } = document;
+    if (activeElement === document.body || activeElement.getClientRects().length === 0) element(id).focus();
 }
 
 /**
@@ -157,6 +164,7 @@ async function saveVideo() {
         say(failure.message, true);
     }
     setView("shown");
+    keepFocus("video");
 }
 
 /** Converts a file that the user drops on an element, or pastes into it. */
