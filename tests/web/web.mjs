@@ -247,6 +247,22 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual([facts.width, facts.height], [600, 800]);
     });
 
+    await test("the page refuses photos with too many pixels before the browser decodes them", openShared, async (page) => {
+        const ispe = Buffer.concat([Buffer.from("\0\0\0\x20ftypavif\0\0\0\0avifmif1\0\0\0\0\0\0\0\x14ispe\0\0\0\0", "latin1"), Buffer.from([0, 0, 0xea, 0x60, 0, 0, 0xea, 0x60]), Buffer.alloc(100)]);
+        const files = {
+            "huge.webp": ["16383 x 16383", Buffer.concat([Buffer.from("RIFF\0\0\0\0WEBPVP8L\0\0\0\0\x2f\xfe\xbf\xff\x0f", "latin1"), Buffer.alloc(100)])],
+            "huge.avif": ["60000 x 60000", ispe],
+        };
+        for (const [name, [size, bytes]] of Object.entries(files)) {
+            const message = await page.evaluate(
+                (bytes, name) => window.photo3d.converter.convert(Uint8Array.from(bytes), name, () => {}).then(() => "no message", (failure) => failure.message),
+                [...bytes],
+                name,
+            );
+            assert.equal(message, `${name}: expected at most 200000000 pixels, found ${size} (too large)`);
+        }
+    });
+
     await test("users can drop and paste photos on the page and on the 3D photo", openShared, async (page) => {
         const give = (kind, where) =>
             page.evaluate(
@@ -303,6 +319,8 @@ async function testsOfChromium(browser, open, openShared) {
         });
         await page.click("#glb");
         await page.click("#page");
+        await page.evaluate(() => void Object.assign(document.getElementById("frame").style, { width: "303px", height: "404px" }));
+        await page.waitForFunction(() => document.getElementById("frame").contentDocument.querySelector("photo-3d").canvas.width % 2 === 1);
         await page.click("#video");
         await page.waitForFunction(() => document.documentElement.dataset.view === "recording");
         await page.screenshot({ path: join(made, "recording.png") });
@@ -320,7 +338,9 @@ async function testsOfChromium(browser, open, openShared) {
         await writeFile(join(made, video), saved[video]);
         const facts = JSON.parse(execFileSync("ffprobe", ["-v", "error", "-count_frames", "-show_entries", "stream=width,height,nb_read_frames", "-of", "json", join(made, video)]));
         console.log(`        ${video}: ${saved[video].length} bytes, ${JSON.stringify(facts.streams[0])}`);
-        assert.ok(Number(facts.streams[0].nb_read_frames) > 10, "the video has pictures");
+        const { nb_read_frames, width, height } = facts.streams[0];
+        assert.ok(Number(nb_read_frames) > 10, "the video has pictures");
+        assert.deepEqual([width % 2, height % 2], [0, 0], "even sides, as H.264 needs them");
         const own = await browser.newPage();
         await own.goto(pathToFileURL(join(made, "saved.html")).href);
         await own.waitForFunction(() => document.querySelector("photo-3d")?.state().reach.right > 0.05);
@@ -395,6 +415,7 @@ async function testsOfChromium(browser, open, openShared) {
     });
 
     await test("on a phone, the page takes a photo with the rear camera", () => openPage(browser, onePage, { isPhone: true }), async (page) => {
+        assert.equal(await page.$eval("#prompt", (prompt) => prompt.textContent), "Choose or take a photo");
         const chosen = page.waitForFileChooser();
         await page.click("#camera");
         await (await chosen).accept([sample]);

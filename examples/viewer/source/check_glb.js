@@ -111,7 +111,7 @@ function sizesOfImages(images, bufferViews, binary) {
 }
 
 /** Returns the width and height in a PNG, JPEG or WebP file; undefined for other files. */
-function sizeOfPicture(file) {
+export function sizeOfPicture(file) {
     const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
     if (file.length >= 30 && view.getUint32(0) === 0x89504e47) return [view.getUint32(16), view.getUint32(20)];
     if (file.length >= 30 && view.getUint32(0) === 0x52494646) {

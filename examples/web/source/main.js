@@ -201,7 +201,9 @@ function start() {
     element("choose").addEventListener("click", () => element("file").click());
     element("again").addEventListener("click", () => element("file").click());
     element("camera").addEventListener("click", () => element("camera-file").click());
-    element("camera").hidden = !matchMedia("(pointer: coarse)").matches;
+    const isTouched = matchMedia("(pointer: coarse)").matches;
+    element("camera").hidden = !isTouched;
+    if (isTouched) element("prompt").textContent = "Choose or take a photo";
     element("glb").addEventListener("click", () => save(new Blob([shown.photo.glb], { type: "model/gltf-binary" }), `${shown.name}.glb`));
     element("page").addEventListener("click", () => pageFile().then((file) => save(file, file.name)).catch(report));
     element("video").addEventListener("click", saveVideo);

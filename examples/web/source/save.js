@@ -27,6 +27,24 @@ const videoTypes = ["video/mp4;codecs=avc1.640033", "video/mp4", "video/webm;cod
 export const videoType = () => globalThis.MediaRecorder && videoTypes.find((type) => MediaRecorder.isTypeSupported(type));
 
 /**
+ * Returns a canvas with even sides, as H.264 needs them, that follows another one until `stop` is called.
+ *
+ * @param {HTMLCanvasElement} canvas
+ */
+function evenCopy(canvas) {
+    const copy = document.createElement("canvas");
+    [copy.width, copy.height] = [canvas.width, canvas.height].map((side) => Math.max(side - (side % 2), 2));
+    const pen = copy.getContext("2d");
+    let request = 0;
+    const draw = () => {
+        pen.drawImage(canvas, 0, 0);
+        request = requestAnimationFrame(draw);
+    };
+    draw();
+    return { copy, stop: () => cancelAnimationFrame(request) };
+}
+
+/**
  * Records a canvas.
  *
  * @param {HTMLCanvasElement} canvas
@@ -35,7 +53,9 @@ export const videoType = () => globalThis.MediaRecorder && videoTypes.find((type
  * @returns {Promise<Blob>}
  */
 export async function record(canvas, seconds, onProgress) {
-    const stream = canvas.captureStream(30);
+    const isEven = canvas.width % 2 === 0 && canvas.height % 2 === 0;
+    const { copy, stop } = isEven ? { copy: canvas, stop: () => {} } : evenCopy(canvas);
+    const stream = copy.captureStream(30);
     const recorder = new MediaRecorder(stream, { mimeType: videoType(), videoBitsPerSecond: 8_000_000 });
     const parts = [];
     recorder.ondataavailable = ({ data }) => parts.push(data);
@@ -63,6 +83,7 @@ export async function record(canvas, seconds, onProgress) {
         await isDone;
     } finally {
         clearInterval(timer);
+        stop();
         document.removeEventListener("visibilitychange", visibilityChanged);
         for (const track of stream.getTracks()) track.stop();
     }

@@ -11,6 +11,11 @@
 //                {failure, isBroken, id}. `isBroken`: the converter can't be used again
 /* global createConverter */
 
+import { sizeOfPicture } from "../../viewer/source/check_glb.js";
+
+/** Maximum number of pixels of a photo, as in the program. */
+const maxPixels = 200_000_000;
+
 /** Maximum side of a photo that the browser decodes: twice the converter's working size. */
 const maxDecodedSide = 3072;
 
@@ -157,6 +162,18 @@ function check(result) {
     return result;
 }
 
+/** Returns the width and height of the largest picture in the header of an AVIF file; undefined for other files. */
+function sizeInBoxes(bytes) {
+    const view = new DataView(bytes.buffer, bytes.byteOffset, Math.min(bytes.length, 65_536));
+    let largest;
+    for (let at = 4; at + 16 <= view.byteLength; ++at) {
+        if (view.getUint32(at) !== 0x69737065) continue; // "ispe"
+        const size = [view.getUint32(at + 8), view.getUint32(at + 12)];
+        if (!largest || size[0] * size[1] > largest[0] * largest[1]) largest = size;
+    }
+    return largest;
+}
+
 /**
  * Decodes a photo with the browser: upright, in sRGB.
  *
@@ -165,6 +182,11 @@ function check(result) {
  * @returns {Promise<ImageData>} red, green, blue and alpha
  */
 async function decodeInBrowser(bytes, name, refusal) {
+    const size = sizeOfPicture(bytes) ?? sizeInBoxes(bytes);
+    if (size && size[0] * size[1] > maxPixels) {
+        const text = new TextDecoder().decode(name.subarray(0, -1));
+        throw new Error(`${text}: expected at most ${maxPixels} pixels, found ${size.join(" x ")} (too large)`);
+    }
     const blob = new Blob([bytes]);
     const picture = await createImageBitmap(blob, { imageOrientation: "from-image", premultiplyAlpha: "none" }).catch(() => {
         if (refusal) throw new Error(refusal);
