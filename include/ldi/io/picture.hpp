@@ -62,12 +62,12 @@ void save_png(const std::filesystem::path& path, const image<Scalar>& picture) {
 
 namespace detail {
 
-/// Raises mismatch unless the picture has pixels, and one channel or `max_channels`.
+/// Raises mismatch unless the picture has pixels, and one channel or, if allows_color, three.
 template <class Scalar>
-void check_picture(image_view<const Scalar> picture, std::size_t max_channels, const char* where) {
-    const bool has_channels = picture.channels() == 1 || picture.channels() == max_channels;
+void check_picture(image_view<const Scalar> picture, bool allows_color, const char* where) {
+    const bool has_channels = picture.channels() == 1 || (allows_color && picture.channels() == 3);
     if (picture.height() == 0 || picture.width() == 0 || !has_channels)
-        raise(error_code::mismatch, where, max_channels == 1 ? "H x W x 1, with pixels" : "H x W x 1 or H x W x 3, with pixels",
+        raise(error_code::mismatch, where, allows_color ? "H x W x 1 or H x W x 3, with pixels" : "H x W x 1, with pixels",
               shape_text(picture));
 }
 
@@ -111,7 +111,7 @@ std::vector<std::byte> encode_png_as(image_view<const Scalar> picture, png_uint_
 inline namespace LDI_READERS {
 
 inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture, int quality) {
-    detail::check_picture(picture, 3, "encode_jpeg");
+    detail::check_picture(picture, true, "encode_jpeg");
     constexpr std::size_t max_side = 65500;  // limit of libjpeg
     if (quality < 1 || quality > 100) raise(error_code::invalid_option, "JPEG quality", "1 to 100", std::to_string(quality));
     if (picture.height() > max_side || picture.width() > max_side ||
@@ -140,12 +140,12 @@ inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture
 }  // inline namespace
 
 inline std::vector<std::byte> encode_png(image_view<const std::uint8_t> picture) {
-    detail::check_picture(picture, 3, "encode_png");
+    detail::check_picture(picture, true, "encode_png");
     return detail::encode_png_as(picture, picture.channels() == 3 ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY);
 }
 
 inline std::vector<std::byte> encode_png(image_view<const std::uint16_t> picture) {
-    detail::check_picture(picture, 1, "encode_png");
+    detail::check_picture(picture, false, "encode_png");
     std::vector<std::byte> bytes = detail::encode_png_as(picture, PNG_FORMAT_LINEAR_Y);
     detail::drop_color_space(bytes);
     return bytes;
