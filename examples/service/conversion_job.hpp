@@ -97,9 +97,9 @@ private:
         constexpr std::size_t small_photo = 32'000'000, step = 10'000'000;
         if (budget_.for_one() >= small_photo) return;
         const std::size_t limit = arguments_.memory != 0 ? arguments_.memory : available_memory() / 2,
-                          least = ((memory_in_use() + small_photo) / step + 1) * step;
+                          min_limit = ((memory_in_use() + small_photo) / step + 1) * step;
         raise(error_code::invalid_option, "--memory",
-              "at least " + std::to_string(least / 1'000'000) + "MB, which the worker and a small photo need",
+              "at least " + std::to_string(min_limit / 1'000'000) + "MB, which the worker and a small photo need",
               std::to_string(limit / 1'000'000) + "MB");
     }
 

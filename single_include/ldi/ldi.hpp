@@ -22441,17 +22441,17 @@ public:
         for (std::int32_t i = 0; i < g.count(); ++i) add(i, slots_[g.position_of(i)]);
     }
 
-    bool is_inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
     float disparity(std::int32_t pixel) const { return disparity_[pixel]; }
 
-    /// Returns the nearest pixel at a position inside the lattice, which is the one that the photo's camera sees, or no_pixel.
+    /// Returns the nearest pixel at a position, which is the one that the photo's camera sees. Returns no_pixel if there is none,
+    /// and outside the lattice.
     std::int32_t nearest(std::int32_t x, std::int32_t y) const {
         const std::int32_t slot = slot_at(x, y);
         return is_list(slot) ? entries_[first_entry(slot)].pixel : slot;
     }
 
-    /// Calls `visit(pixel)` for each pixel at a position inside the lattice, the nearest first, the others in no particular
-    /// order.
+    /// Calls `visit(pixel)` for each pixel at a position, the nearest first, the others in no particular order. There are no
+    /// pixels outside the lattice.
     template <class Visit>
     void for_each(std::int32_t x, std::int32_t y, Visit&& visit) const {
         const std::int32_t slot = slot_at(x, y);
@@ -22473,7 +22473,10 @@ private:
     static std::int32_t first_entry(std::int32_t slot) { return no_pixel - 1 - slot; }
     static std::int32_t list_from(std::int32_t entry) { return no_pixel - 1 - entry; }
 
-    std::int32_t slot_at(std::int32_t x, std::int32_t y) const { return slots_[std::ptrdiff_t{y} * width_ + x]; }
+    std::int32_t slot_at(std::int32_t x, std::int32_t y) const {
+        const bool is_inside = x >= 0 && y >= 0 && x < width_ && y < height_;
+        return is_inside ? slots_[std::ptrdiff_t{y} * width_ + x] : no_pixel;
+    }
 
     void add(std::int32_t pixel, std::int32_t& slot) {
         if (slot == no_pixel) {
@@ -24307,7 +24310,7 @@ private:
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const auto [x, y] = position_at(e, distance);
-            const std::int32_t pixel = stacks_.is_inside(x, y) ? stacks_.nearest(x, y) : no_pixel;
+            const std::int32_t pixel = stacks_.nearest(x, y);
             return pixel != no_pixel && stacks_.disparity(pixel) > e.disparity + 0.5F * max_step_;
         });
     }
@@ -24315,7 +24318,6 @@ private:
     /// Returns the disparity of the farthest surface at a position among the surfaces of similar depth: from gap * max_step_
     /// behind `disparity` to max_joined_step * max_step_ in front of it. Returns negative infinity if there is none.
     float nearer_surface(lattice_position at, float disparity) const {
-        if (!stacks_.is_inside(at.x, at.y)) return nothing;
         float farthest = nothing;
         stacks_.for_each(at.x, at.y, [&](std::int32_t pixel) {
             const float there = stacks_.disparity(pixel), step = there - disparity;
@@ -24569,18 +24571,13 @@ private:
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
     std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
-    /// Returns the pixel of the visible surface at a position, or no_pixel.
-    std::int32_t seen_at(std::int32_t x, std::int32_t y) const {
-        return stacks_.is_inside(x, y) ? stacks_.nearest(x, y) : no_pixel;
-    }
-
     /// Returns the step in disparity from a corner to the farthest surface visible beside it. Returns 0 if a nearer surface is
     /// visible there, or if only the corner's own surface is.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
             for (const std::int32_t x : {c.x - 1, c.x}) {
-                const std::int32_t seen = seen_at(x, y);
+                const std::int32_t seen = stacks_.nearest(x, y);
                 if (seen == no_pixel) continue;
                 nearest = (std::max)(nearest, stacks_.disparity(seen)), farthest = (std::min)(farthest, stacks_.disparity(seen));
             }
@@ -24617,7 +24614,7 @@ private:
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
             const std::int32_t x = static_cast<std::int32_t>(std::floor(nearest_float(c.x) + t * normal.x));
             const std::int32_t y = static_cast<std::int32_t>(std::floor(nearest_float(c.y) + t * normal.y));
-            const std::int32_t seen = seen_at(x, y);
+            const std::int32_t seen = stacks_.nearest(x, y);
             if (seen == no_pixel) break;
             const float there = stacks_.disparity(seen);
             if (there >= c.disparity || surface_.same_surface(there, c.disparity)) break;
@@ -24822,7 +24819,6 @@ private:
         float best_difference = 0;
         for (const std::int32_t y : {corner.y - 1, corner.y})
             for (const std::int32_t x : {corner.x - 1, corner.x}) {
-                if (!stacks_.is_inside(x, y)) continue;
                 stacks_.for_each(x, y, [&](std::int32_t pixel) {
                     if (chart_of_[pixel] != chart_) return;
                     const float difference = std::abs(stacks_.disparity(pixel) - corner.disparity);

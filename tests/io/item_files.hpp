@@ -40,6 +40,16 @@ inline byte_string auxiliary_box(std::string_view type, std::string_view message
     return full_box("auxC", 0, body);
 }
 
+/// States RGB samples of full range.
+///
+/// primaries, transfer  codes of H.273; the defaults are those of sRGB
+inline byte_string color_box(char primaries = 1, char transfer = 13) {
+    const char codes[] = {0, primaries, 0, transfer, 0, 0, '\x80'};
+    byte_string body = bytes_of("nclx");
+    append(body, bytes_of(std::string_view(codes, sizeof codes)));
+    return box("colr", body);
+}
+
 /// Returns the data of an item of type "grid".
 inline byte_string grid_data(std::uint32_t rows, std::uint32_t columns, std::uint32_t width, std::uint32_t height) {
     byte_string data = {std::byte{0}, std::byte{1}, static_cast<std::byte>(rows - 1), static_cast<std::byte>(columns - 1)};
@@ -167,13 +177,12 @@ inline byte_string phone_heic(const std::vector<coded_picture>& tiles, std::uint
         append(data, bytes);
         return std::vector{std::pair{at, bytes.size()}};
     };
-    const byte_string color = box("colr", bytes_of(std::string_view("nclx\0\1\0\15\0\0\x80", 11)));  // sRGB as RGB, full range
     file_items file{
         .items = {},
         .properties = {tiles.front().configuration, size_box(tile_side, tile_side), size_box(width, height),
-                       box("irot", bytes_of("\3")), color, disparity.configuration, size_box(disparity_width, disparity_height),
-                       auxiliary_box("urn:mpeg:hevc:2015:auxid:2"), auxiliary_box("urn:com:apple:photo:2020:aux:hdrgainmap"),
-                       full_box("pixi", 0, bytes_of("\3\10\10\10"))}};
+                       box("irot", bytes_of("\3")), color_box(), disparity.configuration,
+                       size_box(disparity_width, disparity_height), auxiliary_box("urn:mpeg:hevc:2015:auxid:2"),
+                       auxiliary_box("urn:com:apple:photo:2020:aux:hdrgainmap"), full_box("pixi", 0, bytes_of("\3\10\10\10"))}};
     constexpr std::uint32_t essential = 0x80;
     const std::uint32_t count = static_cast<std::uint32_t>(tiles.size());
     const std::uint32_t thumbnail = count + 2, gain = count + 3, depth = count + 4, photo_exif = count + 5, depth_xmp = count + 6,

@@ -74,6 +74,18 @@ image<std::uint8_t> on_white(const image<std::uint8_t>& all) {
 
 #if defined(LDI_WITH_LIBHEIF)
 
+namespace {
+
+/// Codes a picture as HEVC. Returns nothing, with a warning, if libheif has no encoder.
+[[maybe_unused]] std::optional<coded_picture> hevc_of(const image<std::uint8_t>& picture) {
+    const std::optional<byte_string> file = heif_file_of(picture);
+    if (file) return coded_picture_of(*file);
+    WARN("skipped: libheif has no HEVC encoder");
+    return std::nullopt;
+}
+
+}  // namespace
+
 TEST_CASE("HEIC and AVIF photos are decoded exactly, with their focal length, and damaged ones raise an error or are decoded") {
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
         const std::optional<byte_string> file = heif_file_of(small_picture, {format, exif_bytes(6, 26), {}, 0});
@@ -130,21 +142,16 @@ TEST_CASE("auxiliary depth pictures of HEIC and AVIF files are found, and alpha 
 TEST_CASE("a HEIC depth picture of distances without a range is inverted; without any statement, white near is a guess") {
     image<std::uint8_t> gray(64, 64, 3);
     for (std::size_t i = 0; i < gray.size(); ++i) gray.data()[i] = static_cast<std::uint8_t>(i / 3 % 256);
-    const std::optional<byte_string> coded = heif_file_of(gray);
-    if (!coded) {
-        WARN("skipped: libheif has no HEVC encoder");
-        return;
-    }
-    const coded_picture picture = coded_picture_of(*coded);
+    const std::optional<coded_picture> picture = hevc_of(gray);
+    if (!picture) return;
     const auto depth_of = [&](std::string_view messages) {
-        const byte_string color = box("colr", bytes_of(std::string_view("nclx\0\1\0\15\0\0\x80", 11)));
-        const std::vector<std::pair<std::size_t, std::size_t>> place = {{0, picture.data.size()}};
-        const photo_with_depth found = decode_photo_with_depth(
-            item_file({{{1, "hvc1", place}, {2, "hvc1", place}},
-                       {picture.configuration, size_box(64, 64), color, auxiliary_box("urn:mpeg:hevc:2015:auxid:2", messages)},
-                       {{1, {1, 2, 3}}, {2, {1, 2, 4}}},
-                       {{"auxl", 2, {1}}}},
-                      picture.data));
+        const std::vector<std::pair<std::size_t, std::size_t>> place = {{0, picture->data.size()}};
+        const photo_with_depth found = decode_photo_with_depth(item_file(
+            {{{1, "hvc1", place}, {2, "hvc1", place}},
+             {picture->configuration, size_box(64, 64), color_box(), auxiliary_box("urn:mpeg:hevc:2015:auxid:2", messages)},
+             {{1, {1, 2, 3}}, {2, {1, 2, 4}}},
+             {{"auxl", 2, {1}}}},
+            picture->data));
         INFO(found.refused);
         REQUIRE(found.depth);
         return *found.depth;
@@ -171,18 +178,15 @@ TEST_CASE("a HEIC photo of a phone is read: a grid of 48 tiles, rotated, with EX
             image<std::uint8_t> tile(side, side, 3);
             for (std::size_t y = 0; y < side; ++y)
                 std::copy_n(picture.row(row * side + y) + 3 * std::size_t{column * side}, 3 * side, tile.row(y));
-            const std::optional<byte_string> file = heif_file_of(tile);
-            if (!file) {
-                WARN("skipped: libheif has no HEVC encoder");
-                return;
-            }
-            tiles.push_back(coded_picture_of(*file));
+            const std::optional<coded_picture> coded = hevc_of(tile);
+            if (!coded) return;
+            tiles.push_back(*coded);
             REQUIRE(tiles.back().configuration == tiles.front().configuration);
         }
     image<std::uint8_t> as_color(gray.height(), gray.width(), 3);
     for (std::size_t i = 0; i < as_color.size(); ++i) as_color.data()[i] = gray.data()[i / 3];
     const byte_string file =
-        phone_heic(tiles, columns, side, width, height, coded_picture_of(*heif_file_of(as_color)), 96, 72, exif_bytes(6, 26));
+        phone_heic(tiles, columns, side, width, height, hevc_of(as_color).value(), 96, 72, exif_bytes(6, 26));
 
     const photo_with_depth found = decode_photo_with_depth(file);
     CHECK(found.photo.focal_length_35mm == 26.0F);
@@ -207,24 +211,18 @@ TEST_CASE("a HEIC photo of a phone is read: a grid of 48 tiles, rotated, with EX
 #endif
 
 #if defined(LDI_WITH_LCMS2)
-TEST_CASE("HEIC and AVIF photos in PQ and HLG keep light up to half a white page, and their highlights approach white") {
+TEST_CASE("HEIC photos in PQ and HLG keep light up to half a white page, and their highlights approach white") {
     image<std::uint8_t> ramp(64, 256, 3);
     for (std::size_t i = 0; i < ramp.size(); ++i) ramp.data()[i] = static_cast<std::uint8_t>(i / 3 % 256);
-    const std::optional<byte_string> coded = heif_file_of(ramp);
-    if (!coded) {
-        WARN("skipped: libheif has no HEVC encoder");
-        return;
-    }
-    const coded_picture picture = coded_picture_of(*coded);
+    const std::optional<coded_picture> picture = hevc_of(ramp);
+    if (!picture) return;
     for (const char transfer : {'\x10', '\x12'})
         for (const char primaries : {'\1', '\x9'}) {
-            const char codes[] = {0, primaries, 0, transfer, 0, 0, '\x80'};  // as RGB, full range
-            byte_string color = bytes_of("nclx");
-            append(color, bytes_of(std::string_view(codes, sizeof codes)));
-            const photo decoded = decode_photo(item_file({{{1, "hvc1", {{0, picture.data.size()}}}},
-                                                          {picture.configuration, size_box(256, 64), box("colr", color)},
-                                                          {{1, {1, 2, 3}}}},
-                                                         picture.data));
+            const photo decoded =
+                decode_photo(item_file({{{1, "hvc1", {{0, picture->data.size()}}}},
+                                        {picture->configuration, size_box(256, 64), color_box(primaries, transfer)},
+                                        {{1, {1, 2, 3}}}},
+                                       picture->data));
             CAPTURE(int{transfer}, int{primaries});
             for (std::size_t x = 0; x < 256; ++x) {
                 const double sample = static_cast<double>(x) / 255;

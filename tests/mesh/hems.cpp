@@ -80,7 +80,7 @@ TEST_CASE("hems are at most four pixels wide, and nearly all end behind a visibl
             CAPTURE(round, c.x, c.y, h.x, h.y);
             REQUIRE(distance < 4.001F);
             ++count;
-            const std::int32_t visible = stacks.is_inside(x, y) ? stacks.nearest(x, y) : ldi::no_pixel;
+            const std::int32_t visible = stacks.nearest(x, y);
             behind += visible != ldi::no_pixel && h.disparity < stacks.disparity(visible) ? 1U : 0U;
         }
     }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <utility>
 
 TEST_CASE("a stack lists each pixel of its position once, the nearest first") {
     std::size_t deepest = 0;
@@ -32,4 +33,14 @@ TEST_CASE("a stack lists each pixel of its position once, the nearest first") {
             }
     });
     REQUIRE(deepest > 2);
+}
+
+TEST_CASE("there are no pixels outside the lattice") {
+    const ldi::graph g = ldi::make_grid(4, 3);
+    const ldi::buffer<float> disparity(g.size(), 0.5F);
+    const ldi::detail::pixel_stacks stacks(g, disparity);
+    for (const auto& [x, y] : {std::pair{-1, 0}, {0, -1}, {4, 0}, {0, 3}, {-1, 1}}) {
+        CHECK(stacks.nearest(x, y) == ldi::no_pixel);
+        stacks.for_each(x, y, [](std::int32_t pixel) { FAIL("pixel " << pixel); });
+    }
 }

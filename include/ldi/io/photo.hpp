@@ -132,12 +132,10 @@ inline bool is_plain(std::span<const std::byte> bytes) {
 /// header  header of the file; a decoding_budget must have granted the picture's memory
 inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
     stored_photo photo;
-    if (header.format == picture_format::gif)
-        photo.picture = decode_picture<std::uint8_t>(plain_gif(bytes), header, where);
-    else if (header.format == picture_format::bmp && bmp_gap(bytes) > 0)
-        photo.picture = decode_picture<std::uint8_t>(plain_bmp(bytes), header, where);
-    else
-        photo.picture = decode_picture<std::uint8_t>(bytes, header, where);
+    std::vector<std::byte> changed;
+    if (header.format == picture_format::gif) changed = plain_gif(bytes);
+    if (header.format == picture_format::bmp && bmp_gap(bytes) > 0) changed = plain_bmp(bytes);
+    photo.picture = decode_picture<std::uint8_t>(changed.empty() ? bytes : changed, header, where);
     const exif_facts facts = read_exif(header.exif);
     photo.orientation = facts.orientation, photo.focal_length_35mm = facts.focal_length_35mm;
     photo.profile.icc =

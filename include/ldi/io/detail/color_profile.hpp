@@ -127,11 +127,11 @@ using profile_handle = std::unique_ptr<void, profile_closer>;
 
 /// Light of a high dynamic range, in units of a white page (203 cd/m2, ITU-R BT.2408).
 ///
-/// transfer  of H.273: 16 for PQ (SMPTE ST 2084), 18 for HLG (ITU-R BT.2100; the display's gamma of 1.2 applies to each channel)
+/// transfer  pq_transfer or hlg_transfer; for HLG, the display's gamma of 1.2 applies to each channel
 /// sample    0 to 1
 inline double light_of(unsigned transfer, double sample) {
     constexpr double white = 203;
-    if (transfer == 16) {
+    if (transfer == pq_transfer) {
         const double power = std::pow(sample, 32 / 2523.0);
         return 10000 / white * std::pow((std::max)(power - 0.8359375, 0.0) / (18.8515625 - 18.6875 * power), 16384 / 2610.0);
     }
@@ -146,14 +146,14 @@ inline double tone_mapped(double light) {
 }
 
 /// Returns the curve from samples to light: that of sRGB, or for PQ and HLG a curve that includes tone mapping.
-inline cmsToneCurve* make_tone_curve(cmsContext context, unsigned transfer) {
-    if (transfer != 16 && transfer != 18) {
+inline cmsToneCurve* make_tone_curve(cmsContext context, const color_profile& profile) {
+    if (!profile.is_high_dynamic_range()) {
         const double srgb[5] = {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
         return cmsBuildParametricToneCurve(context, 4, srgb);
     }
     std::array<float, 1024> table;
     for (std::size_t i = 0; i < table.size(); ++i)
-        table[i] = static_cast<float>(tone_mapped(light_of(transfer, static_cast<double>(i) / (table.size() - 1))));
+        table[i] = static_cast<float>(tone_mapped(light_of(profile.transfer, static_cast<double>(i) / (table.size() - 1))));
     return cmsBuildTabulatedToneCurveFloat(context, table.size(), table.data());
 }
 
@@ -168,14 +168,14 @@ inline profile_handle open_profile(cmsContext context, const color_profile& prof
             if (opened && cmsIsTag(opened.get(), tag) != 0) return nullptr;
         return opened;
     }
-    const bool is_high_dynamic_range = profile.transfer == 16 || profile.transfer == 18;
     cmsCIExyY white = {0.3127, 0.3290, 1.0};
     const cmsCIExyYTRIPLE srgb = {{0.640, 0.330, 1.0}, {0.300, 0.600, 1.0}, {0.150, 0.060, 1.0}};
     const cmsCIExyYTRIPLE p3 = {{0.680, 0.320, 1.0}, {0.265, 0.690, 1.0}, {0.150, 0.060, 1.0}};
     const cmsCIExyYTRIPLE bt2020 = {{0.708, 0.292, 1.0}, {0.170, 0.797, 1.0}, {0.131, 0.046, 1.0}};
-    if (profile.primaries != 9 && profile.primaries != 12 && !(profile.primaries == 1 && is_high_dynamic_range)) return nullptr;
+    if (profile.primaries != 9 && profile.primaries != 12 && !(profile.primaries == 1 && profile.is_high_dynamic_range()))
+        return nullptr;
     const cmsCIExyYTRIPLE& primaries = profile.primaries == 12 ? p3 : profile.primaries == 9 ? bt2020 : srgb;
-    cmsToneCurve* const curve = make_tone_curve(context, profile.transfer);
+    cmsToneCurve* const curve = make_tone_curve(context, profile);
     if (curve == nullptr) return nullptr;
     cmsToneCurve* curves[3] = {curve, curve, curve};
     profile_handle made(cmsCreateRGBProfileTHR(context, &white, &primaries, curves));

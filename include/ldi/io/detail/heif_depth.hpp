@@ -17,13 +17,17 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// What a file states about the values of its depth picture.
+/// Meaning of a depth picture's values, as far as the file states it.
 struct heif_depth_facts {
     std::optional<depth_meaning> meaning;  ///< empty if the file states no range, or a nonuniform disparity
     bool is_order_known = false;           ///< whether the file states that values are disparities or distances
     bool is_distance = false;              ///< whether larger values are farther
 };
 
+/// Reads the facts about a depth picture from Apple's XMP or, if there is none, from the depth representation information.
+///
+/// photo  the primary picture
+/// depth  its auxiliary picture `id`
 inline heif_depth_facts heif_facts(const heif_image_handle* photo, const heif_image_handle* depth, heif_item_id id,
                                    decoding_budget& budget, const std::string& where) {
     xmp_properties xmp;

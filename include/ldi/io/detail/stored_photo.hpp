@@ -23,11 +23,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Scanner profiles take about half a megabyte.
 inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
 
+/// Codes of H.273 for the transfer curves of a high dynamic range: PQ (SMPTE ST 2084) and HLG (ITU-R BT.2100).
+inline constexpr unsigned pq_transfer = 16, hlg_transfer = 18;
+
 /// Color space of samples: sRGB if `icc` is empty and both numbers are 0.
 struct color_profile {
     std::vector<std::byte> icc;
     unsigned primaries = 0;  ///< H.273 ColourPrimaries: 1 sRGB's, 9 BT.2020, 12 Display P3; 0 if unknown
-    unsigned transfer = 0;   ///< H.273 TransferCharacteristics: 16 PQ, 18 HLG; any other number counts as sRGB's curve
+    unsigned transfer = 0;   ///< H.273 TransferCharacteristics; codes other than pq_transfer and hlg_transfer count as sRGB's
+
+    bool is_high_dynamic_range() const { return transfer == pq_transfer || transfer == hlg_transfer; }
 };
 
 struct stored_photo {

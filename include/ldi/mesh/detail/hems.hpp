@@ -109,7 +109,7 @@ private:
     bool is_hidden(const end& e) const {
         return std::any_of(std::begin(sides), std::end(sides), [&](float distance) {
             const auto [x, y] = position_at(e, distance);
-            const std::int32_t pixel = stacks_.is_inside(x, y) ? stacks_.nearest(x, y) : no_pixel;
+            const std::int32_t pixel = stacks_.nearest(x, y);
             return pixel != no_pixel && stacks_.disparity(pixel) > e.disparity + 0.5F * max_step_;
         });
     }
@@ -117,7 +117,6 @@ private:
     /// Returns the disparity of the farthest surface at a position among the surfaces of similar depth: from gap * max_step_
     /// behind `disparity` to max_joined_step * max_step_ in front of it. Returns negative infinity if there is none.
     float nearer_surface(lattice_position at, float disparity) const {
-        if (!stacks_.is_inside(at.x, at.y)) return nothing;
         float farthest = nothing;
         stacks_.for_each(at.x, at.y, [&](std::int32_t pixel) {
             const float there = stacks_.disparity(pixel), step = there - disparity;

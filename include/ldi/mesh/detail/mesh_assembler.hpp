@@ -146,7 +146,6 @@ private:
         float best_difference = 0;
         for (const std::int32_t y : {corner.y - 1, corner.y})
             for (const std::int32_t x : {corner.x - 1, corner.x}) {
-                if (!stacks_.is_inside(x, y)) continue;
                 stacks_.for_each(x, y, [&](std::int32_t pixel) {
                     if (chart_of_[pixel] != chart_) return;
                     const float difference = std::abs(stacks_.disparity(pixel) - corner.disparity);

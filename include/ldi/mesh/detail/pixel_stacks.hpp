@@ -22,17 +22,17 @@ public:
         for (std::int32_t i = 0; i < g.count(); ++i) add(i, slots_[g.position_of(i)]);
     }
 
-    bool is_inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
     float disparity(std::int32_t pixel) const { return disparity_[pixel]; }
 
-    /// Returns the nearest pixel at a position inside the lattice, which is the one that the photo's camera sees, or no_pixel.
+    /// Returns the nearest pixel at a position, which is the one that the photo's camera sees. Returns no_pixel if there is none,
+    /// and outside the lattice.
     std::int32_t nearest(std::int32_t x, std::int32_t y) const {
         const std::int32_t slot = slot_at(x, y);
         return is_list(slot) ? entries_[first_entry(slot)].pixel : slot;
     }
 
-    /// Calls `visit(pixel)` for each pixel at a position inside the lattice, the nearest first, the others in no particular
-    /// order.
+    /// Calls `visit(pixel)` for each pixel at a position, the nearest first, the others in no particular order. There are no
+    /// pixels outside the lattice.
     template <class Visit>
     void for_each(std::int32_t x, std::int32_t y, Visit&& visit) const {
         const std::int32_t slot = slot_at(x, y);
@@ -54,7 +54,10 @@ private:
     static std::int32_t first_entry(std::int32_t slot) { return no_pixel - 1 - slot; }
     static std::int32_t list_from(std::int32_t entry) { return no_pixel - 1 - entry; }
 
-    std::int32_t slot_at(std::int32_t x, std::int32_t y) const { return slots_[std::ptrdiff_t{y} * width_ + x]; }
+    std::int32_t slot_at(std::int32_t x, std::int32_t y) const {
+        const bool is_inside = x >= 0 && y >= 0 && x < width_ && y < height_;
+        return is_inside ? slots_[std::ptrdiff_t{y} * width_ + x] : no_pixel;
+    }
 
     void add(std::int32_t pixel, std::int32_t& slot) {
         if (slot == no_pixel) {

@@ -99,18 +99,13 @@ private:
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
     std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
-    /// Returns the pixel of the visible surface at a position, or no_pixel.
-    std::int32_t seen_at(std::int32_t x, std::int32_t y) const {
-        return stacks_.is_inside(x, y) ? stacks_.nearest(x, y) : no_pixel;
-    }
-
     /// Returns the step in disparity from a corner to the farthest surface visible beside it. Returns 0 if a nearer surface is
     /// visible there, or if only the corner's own surface is.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
             for (const std::int32_t x : {c.x - 1, c.x}) {
-                const std::int32_t seen = seen_at(x, y);
+                const std::int32_t seen = stacks_.nearest(x, y);
                 if (seen == no_pixel) continue;
                 nearest = (std::max)(nearest, stacks_.disparity(seen)), farthest = (std::min)(farthest, stacks_.disparity(seen));
             }
@@ -147,7 +142,7 @@ private:
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
             const std::int32_t x = static_cast<std::int32_t>(std::floor(nearest_float(c.x) + t * normal.x));
             const std::int32_t y = static_cast<std::int32_t>(std::floor(nearest_float(c.y) + t * normal.y));
-            const std::int32_t seen = seen_at(x, y);
+            const std::int32_t seen = stacks_.nearest(x, y);
             if (seen == no_pixel) break;
             const float there = stacks_.disparity(seen);
             if (there >= c.disparity || surface_.same_surface(there, c.disparity)) break;
