@@ -10756,13 +10756,12 @@ public:
         }
     }
 
-    /// Calls `visit(pixel)` for every irregular pixel, in ascending order.
-    template <class Visit>
-    void for_each_other(Visit&& visit) const {
+    /// Returns all irregular pixels, ascending.
+    buffer<std::int32_t> others() const {
         buffer<std::int32_t> pixels;
         for (std::int32_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
-        for (const std::int32_t pixel : pixels)
-            if (pixel < g_.count()) visit(pixel);
+        while (!pixels.empty() && pixels.back() >= g_.count()) pixels.pop_back();
+        return pixels;
     }
 
 private:
@@ -10932,10 +10931,13 @@ inline void add_segment(plan_parts& plan, plan_segment s, std::span<const std::i
     for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
 }
 
-inline void add_irregular(plan_parts& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
-    plan.irregular.push_back(output);
-    plan.windows.resize(plan.windows.size() + plan.elements());
-    gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
+/// Sets the windows of all irregular outputs. `center(output)` returns the center pixel of an output's window.
+template <class Center>
+void gather_windows(plan_parts& plan, const graph_view& g, Center&& center) {
+    plan.windows.resize(plan.irregular.size() * plan.elements(), unset);
+    for (std::size_t i = 0; i < plan.irregular.size(); ++i)
+        gather_window(g, center(plan.irregular[i]), plan.kernel_size,
+                      std::span(plan.windows).subspan(i * plan.elements(), plan.elements()));
 }
 
 inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
@@ -10947,7 +10949,8 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
         add_segment(plan, {first, count}, rows, 0);
         return true;
     });
-    regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
+    plan.irregular = regular.others();
+    gather_windows(plan, g, [](std::int32_t pixel) { return pixel; });
     return plan_of(std::move(plan));
 }
 
@@ -10975,7 +10978,8 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
         return true;
     });
     for (std::int32_t o = 0; o < all_kept.count(); ++o)
-        if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
+        if (!regular.contains(all_kept[o])) plan.irregular.push_back(o);
+    gather_windows(plan, g, [&](std::int32_t output) { return all_kept[output]; });
     return plan_of(std::move(plan));
 }
 
@@ -14007,8 +14011,9 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
-        for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
-            if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
+        for_each_other_byte(read_marks[i], 0, [&](std::int32_t pixel) {
+            if (level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
+        });
         decoded[i + 1] = pixel_subset::marked(above_marks);
     }
     // Traces the encoder in reverse order, from the coarsest level to the finest. Both the decoder and the next encoder stage
@@ -19964,28 +19969,37 @@ inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
 
 /// Blurs one channel of colors with a binomial filter over links, first along x, then along y. The cell itself replaces a missing
 /// neighbor.
+template <executor Executor>
 class cell_blur {
 public:
-    explicit cell_blur(const texture_cells& cells) : cells_(cells), stretches_(find_stretches(cells)) {}
+    cell_blur(const texture_cells& cells, Executor& threads)
+        : cells_(cells), stretches_(find_stretches(cells)), threads_(threads) {}
 
     /// Returns 16 times the blurred values.
     template <class To, class From>
     buffer<To> operator()(const buffer<From>& values) const {
         const buffer<To> across = blur_across<To>(values);
         buffer<To> result(values.size(), unset);
-        for (const cell_stretch& s : stretches_) {
+        for_each_stretch([&](const cell_stretch& s) {
             const To *const middle = across.data() + s.first, *const above = middle + s.above, *const below = middle + s.below;
             To* const to = result.data() + s.first;
             for (std::int32_t i = 0; i < s.count; ++i) to[i] = static_cast<To>(2U * middle[i] + above[i] + below[i]);
-        }
+        });
         return result;
     }
 
 private:
+    template <class Blur>
+    void for_each_stretch(Blur&& blur) const {
+        parallel_for(threads_, stretches_.size(), 256, [&](std::size_t first, std::size_t last) {
+            for (std::size_t s = first; s < last; ++s) blur(stretches_[s]);
+        });
+    }
+
     template <class To, class From>
     buffer<To> blur_across(const buffer<From>& values) const {
         buffer<To> result(values.size(), unset);
-        for (const cell_stretch& s : stretches_) {
+        for_each_stretch([&](const cell_stretch& s) {
             const std::int32_t last = s.first + s.count - 1;
             const std::int32_t left = cells_.left_steps[s.first] > 0 ? -1 : 0, right = cells_.right_steps[last] > 0 ? 1 : 0;
             const From* const from = values.data();
@@ -19996,12 +20010,13 @@ private:
             blur(s.first, left, s.count > 1 ? 1 : right);
             for (std::int32_t i = s.first + 1; i < last; ++i) blur(i, -1, 1);
             if (s.count > 1) blur(last, -1, right);
-        }
+        });
         return result;
     }
 
     const texture_cells& cells_;
     buffer<cell_stretch> stretches_;
+    Executor& threads_;
 };
 
 /// Features by which the search compares cells, and the detail to copy.
@@ -20010,43 +20025,49 @@ struct texture_looks {
     buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color minus blurred color, in sixteenths
 };
 
-inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
-                                                   const buffer<std::array<std::uint8_t, 3>>& blurred) {
-    buffer<texture_surroundings> result(cells.pixel.size());
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-        std::size_t at = 0;
-        const auto put = [&](std::int32_t tap) {
-            for (const std::uint8_t value : blurred[tap]) result[cell][at++] = value;
-        };
-        put(cell);
-        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
-    }
+inline texture_surroundings surroundings_of(std::int32_t cell, const texture_cells& cells,
+                                            const buffer<std::array<std::uint8_t, 3>>& blurred) {
+    texture_surroundings result{};
+    std::size_t at = 0;
+    const auto put = [&](std::int32_t tap) {
+        for (const std::uint8_t value : blurred[tap]) result[at++] = value;
+    };
+    put(cell);
+    for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
     return result;
 }
 
 /// Computes the features of all cells, one channel after another to save memory.
 ///
 /// color  K x 3, the column of the cells' layered image
-inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
-    const cell_blur blur(cells);
+template <executor Executor = const serial_executor>
+texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color, Executor&& threads = {}) {
+    const cell_blur blur(cells, threads);
     const std::size_t count = cells.pixel.size();
+    const auto for_each_cell = [&](auto&& see) {
+        parallel_for(threads, count, 8192, [&](std::size_t first, std::size_t last) {
+            for (std::size_t cell = first; cell < last; ++cell) see(cell);
+        });
+    };
     texture_looks result;
     result.detail.resize(count, unset);
     buffer<std::array<std::uint8_t, 3>> blurred(count, unset);
     buffer<std::uint8_t> channel(count, unset);
     for (std::size_t c = 0; c < 3; ++c) {
-        for (std::size_t cell = 0; cell < count; ++cell)
-            channel[cell] = color.data()[3 * static_cast<std::size_t>(cells.pixel[cell]) + c];
-        buffer<std::uint16_t> once = blur.operator()<std::uint16_t>(channel);
-        for (std::size_t cell = 0; cell < count; ++cell)
-            result.detail[cell][c] = static_cast<std::int16_t>(16 * channel[cell] - once[cell]);
-        const buffer<std::uint16_t> twice = blur.operator()<std::uint16_t>(once);
+        for_each_cell(
+            [&](std::size_t cell) { channel[cell] = color.data()[3 * static_cast<std::size_t>(cells.pixel[cell]) + c]; });
+        buffer<std::uint16_t> once = blur.template operator()<std::uint16_t>(channel);
+        for_each_cell(
+            [&](std::size_t cell) { result.detail[cell][c] = static_cast<std::int16_t>(16 * channel[cell] - once[cell]); });
+        const buffer<std::uint16_t> twice = blur.template operator()<std::uint16_t>(once);
         once = {};
-        const buffer<std::uint32_t> sums = blur.operator()<std::uint32_t>(blur.operator()<std::uint32_t>(twice));
-        for (std::size_t cell = 0; cell < count; ++cell)
-            blurred[cell][c] = static_cast<std::uint8_t>((sums[cell] + 0x8000) >> 16);
+        const buffer<std::uint32_t> sums =
+            blur.template operator()<std::uint32_t>(blur.template operator()<std::uint32_t>(twice));
+        for_each_cell([&](std::size_t cell) { blurred[cell][c] = static_cast<std::uint8_t>((sums[cell] + 0x8000) >> 16); });
     }
-    result.surroundings = describe_cells(cells, blurred);
+    result.surroundings.resize(count, unset);
+    for_each_cell(
+        [&](std::size_t cell) { result.surroundings[cell] = surroundings_of(static_cast<std::int32_t>(cell), cells, blurred); });
     return result;
 }
 
@@ -20204,13 +20225,18 @@ using texture_color = std::array<float, 3>;
 /// Finds a source of texture for each unknown pixel, and returns the detail to copy from the source.
 class texture_transfer {
 public:
-    /// color, known  the columns of a layered image with this graph
-    texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
-                     const texture_options& options)
+    /// cells  result of find_texture_cells() for `g`, options.reach and `margin`
+    /// color  the column of a layered image with this graph
+    template <executor Executor>
+    texture_transfer(const graph_view& g, texture_cells cells, array_view<const std::uint8_t> color,
+                     const texture_options& options, Executor& threads)
         : options_(options),
-          cells_(find_texture_cells(g, known, options.reach, margin)),
-          looks_(look_at(cells_, color)),
+          cells_(std::move(cells)),
+          looks_(look_at(cells_, color, threads)),
           source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds)) {}
+
+    /// Width of the cells' margin in steps; the blur and the taps of source cells read the margin.
+    static constexpr int margin = 3;
 
     const texture_cells& cells() const { return cells_; }
 
@@ -20238,8 +20264,6 @@ public:
     }
 
 private:
-    static constexpr int margin = 3;  // width in steps; the blur and the taps of source cells read the margin
-
     texture_options options_;
     texture_cells cells_;
     texture_looks looks_;
@@ -20265,17 +20289,23 @@ inline void check_options(const texture_options& options) {
 /// Raises invalid_option like add_grain(), and for a strength outside [0, 100], a crest outside [0, 1000], a tolerance outside
 /// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time. Memory: up to 80 bytes per pixel, if all pixels
 /// are unknown or near unknown pixels.
-template <has_columns<color_column, known_column> Layers>
-void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
+template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}, Executor&& threads = {}) {
     detail::check_options(options);
     detail::check_options(grain);
     if (options.strength == 0.0F) return add_grain(layers, grain);
     if (grain.limit == 0.0F) return;
     const auto& g = layers.topology();
-    const buffer<float> around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
+    buffer<float> around;
+    detail::texture_cells found;
+    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {  // the two do not depend on each other
+        if (first == 0) around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
+        if (last == 2)
+            found = detail::find_texture_cells(g, layers.template column<known_column>(), options.reach,
+                                               detail::texture_transfer::margin);
+    });
     if (around.empty()) return;
-    const detail::texture_transfer transfer(g, layers.template column<color_column>(), layers.template column<known_column>(),
-                                            options);
+    const detail::texture_transfer transfer(g, std::move(found), layers.template column<color_column>(), options, threads);
     const detail::texture_cells& cells = transfer.cells();
     std::int32_t next = 0;
     for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
@@ -20539,8 +20569,9 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 inline constexpr std::int32_t max_filter_range = 8;
 
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
-/// nearest contested pixel. `occupants_` stores for each lattice position the pixel that was accepted there last. If that pixel
-/// belongs to an earlier chart, the position counts as free, so nothing must be cleared between charts.
+/// nearest contested pixel. `occupants_` stores for each lattice position the contested pixel that was accepted there last. If
+/// that pixel belongs to an earlier chart, the position counts as free, so nothing must be cleared between charts. Uncontested
+/// pixels need no entry: all pixels within the filter's range of them are on their own surface.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -20551,12 +20582,17 @@ public:
           threshold_(2 * surface.max_step),
           cap_x_(even_share(g.width(), max_side)),
           cap_y_(even_share(g.height(), max_side)),
-          near_other_(positions_near_other_surfaces(g, filter_range)),
           occupants_(g.position_count(), no_pixel),
           cell_shift_(cell_shift(filter_range)),
           cell_columns_((g.width() >> cell_shift_) + 1),
           cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height() >> cell_shift_) + 1))) {
-        result_.chart_of.assign(g.size(), -1);
+        const buffer<std::uint8_t> near_other = positions_near_other_surfaces(g, filter_range);
+        result_.chart_of.resize(g.size(), unset);
+        for_each_run(g, [&](pixel_run run) {
+            const std::uint8_t* const row = near_other.data() + at(g.x()[run.first], g.y()[run.first]);
+            std::int32_t* const marks = result_.chart_of.data() + run.first;
+            for (std::int32_t i = 0; i < run.size(); ++i) marks[i] = row[i] == 0 ? uncontested : contested;
+        });
     }
 
     chart_set grow_all() {
@@ -20567,7 +20603,9 @@ public:
             const std::int32_t c = chart_of(first);
             while (last < count && chart_of(last) == c) ++last;
             buffer<std::int32_t>& pixels = result_.charts[c].pixels;
-            for (std::int32_t i = first; i < last; ++i) pixels.push_back(i);
+            const std::size_t before = pixels.size();
+            pixels.resize(before + static_cast<std::size_t>(last - first), unset);
+            std::iota(pixels.begin() + before, pixels.end(), first);
         }
         return std::move(result_);
     }
@@ -20600,6 +20638,10 @@ private:
         return length / pieces + (length % pieces != 0 ? 1 : 0);
     }
 
+    // Values of chart_of(pixel) before the pixel has a chart. `contested` - 1 - c marks a contested pixel that waits beside chart
+    // c.
+    static constexpr std::int32_t uncontested = -1, contested = -2;
+
     std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }
 
     void grow(std::int32_t seed) {
@@ -20615,11 +20657,10 @@ private:
                 grow_from(r, graph_.up(), r.y - 1);
                 grow_from(r, graph_.down(), r.y + 1);
             }
-            const std::int32_t pixel = nearest_contested();
+            const auto [pixel, x, y] = nearest_contested();
             if (pixel == no_pixel) break;
-            const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
             if (!fits_box(x, y) || occupant(x, y) != no_pixel || !is_clear_of_other_surfaces(pixel, x, y)) continue;
-            accept(pixel, x, y);
+            accept_contested(pixel, x, y);
             ++pixels;
             for (const side s : all_sides) visit(graph_.neighbor(pixel, s), x + step_x(s), y + step_y(s));
         }
@@ -20630,47 +20671,51 @@ private:
     }
 
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
+        const std::int32_t *const neighbors = links.data(), *const charts = result_.chart_of.data();
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
-            // Among pixels adjacent in memory, `++pixel` does not have to wait until the link to the right is loaded.
             const std::int32_t first = pixel;
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
-            for (std::int32_t p = first; p <= pixel; ++p, ++x) visit(links[p], x, y);
+            for (std::int32_t p = first; p <= pixel; ++p, ++x)
+                if (neighbors[p] != no_pixel && charts[neighbors[p]] < 0) visit(neighbors[p], x, y);
         }
     }
 
     /// Adds a pixel, and the pixels linked to its right and left, to the chart. Queues contested pixels instead. Skips a pixel
     /// that already has a chart or would make the bounding box too large.
     void visit(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        if (pixel == no_pixel || chart_of(pixel) >= 0) return;
-        if (near_other_[at(x, y)] != 0)
-            wait(pixel);
-        else if (fits_box(x, y))
-            add_strip(pixel, x, y);
+        if (may_add(pixel, x, y)) add_strip(pixel, x, y);
     }
 
-    /// Adds a pixel that is not contested, and all such pixels that links connect to it on the right and left, as one strip.
+    /// Adds an uncontested pixel, and all such pixels that links connect to it on the right and left, as one strip.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        accept(pixel, x, y);
-        strip r{pixel, x, y, 1};
-        for (std::int32_t last = pixel;; ++r.count) {
-            last = graph_.right()[last];
-            if (!may_extend(last, x + r.count, y)) break;
-            accept(last, x + r.count, y);
+        extend_box(x, y);
+        std::int32_t* const charts = result_.chart_of.data();
+        const std::int32_t *const right = graph_.right().data(), *const left = graph_.left().data();
+        strip r{pixel, x, y, 0};
+        const std::int32_t max_count = left_ + cap_x_ - x;  // of pixels that fit in the box from x to the right
+        for (std::int32_t last = pixel;; last = right[last]) {
+            for (charts[last] = current_, ++r.count; r.count < max_count; ++r.count) {
+                // Among pixels adjacent in memory, `++last` does not have to wait until the link to the right is loaded.
+                if (right[last] != last + 1 || charts[last + 1] != uncontested) break;
+                charts[++last] = current_;
+            }
+            if (!may_add(right[last], x + r.count, y)) break;
         }
-        for (;; ++r.count, --r.x) {
-            const std::int32_t before = graph_.left()[r.first];
-            if (!may_extend(before, r.x - 1, y)) break;
-            accept(before, r.x - 1, y);
-            r.first = before;
+        extend_box(x + r.count - 1, y);
+        for (; may_add(left[r.first], r.x - 1, y); ++r.count) {
+            r.first = left[r.first], --r.x;
+            charts[r.first] = current_;
+            extend_box(r.x, y);
         }
         queue_.push_back(r);
     }
 
-    bool may_extend(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+    /// Whether a pixel is uncontested, has no chart, and fits in the bounding box. Queues a contested pixel.
+    bool may_add(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
-        if (near_other_[at(x, y)] == 0) return fits_box(x, y);
-        wait(pixel);
+        if (chart_of(pixel) == uncontested) return fits_box(x, y);
+        wait(pixel, x, y);
         return false;
     }
 
@@ -20679,12 +20724,12 @@ private:
     }
 
     /// Queues a contested pixel, at most once per chart: a chart that rejects a pixel once would also reject it later.
-    void wait(std::int32_t pixel) {
-        const std::int32_t mark = -2 - current_;
+    void wait(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        const std::int32_t mark = contested - 1 - current_;
         if (chart_of(pixel) == mark) return;
         chart_of(pixel) = mark;
         const std::int32_t level = level_of(disparity_[pixel]);
-        waiting_[static_cast<std::size_t>(level)].push_back(pixel);
+        waiting_[static_cast<std::size_t>(level)].push_back({pixel, x, y});
         nearest_ = (std::min)(nearest_, level);
     }
 
@@ -20693,36 +20738,42 @@ private:
         return farness < 0.0F ? 0 : farness < nearest_float(levels - 1) ? static_cast<std::int32_t>(farness) : levels - 1;
     }
 
+    struct waiting_pixel {
+        std::int32_t pixel, x, y;
+    };
+
     /// Removes the nearest contested pixel from the queue and returns it, or no_pixel if the queue is empty.
-    std::int32_t nearest_contested() {
+    waiting_pixel nearest_contested() {
         for (; nearest_ < levels; ++nearest_) {
-            buffer<std::int32_t>& here = waiting_[static_cast<std::size_t>(nearest_)];
+            buffer<waiting_pixel>& here = waiting_[static_cast<std::size_t>(nearest_)];
             if (here.empty()) continue;
-            const std::int32_t pixel = here.back();
+            const waiting_pixel p = here.back();
             here.pop_back();
-            return pixel;
+            return p;
         }
-        return no_pixel;
+        return {no_pixel, 0, 0};
     }
 
-    void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        chart_of(pixel) = current_;
-        occupants_[at(x, y)] = pixel;
+    void extend_box(std::int32_t x, std::int32_t y) {
         left_ = (std::min)(left_, x), right_ = (std::max)(right_, x);
         top_ = (std::min)(top_, y), bottom_ = (std::max)(bottom_, y);
-        if (near_other_[at(x, y)] != 0) {
-            const float disparity = disparity_[pixel];
-            cell& c = cell_at(x, y);
-            if (c.chart != current_) c = {current_, disparity, disparity};
-            c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
-        }
+    }
+
+    void accept_contested(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        chart_of(pixel) = current_;
+        occupants_[at(x, y)] = pixel;
+        extend_box(x, y);
+        const float disparity = disparity_[pixel];
+        cell& c = cell_at(x, y);
+        if (c.chart != current_) c = {current_, disparity, disparity};
+        c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
     }
 
     cell& cell_at(std::int32_t x, std::int32_t y) {
         return cells_[std::int64_t{y >> cell_shift_} * cell_columns_ + (x >> cell_shift_)];
     }
 
-    /// Returns the current chart's pixel at a lattice position, or no_pixel.
+    /// Returns the current chart's contested pixel at a lattice position, or no_pixel.
     std::int32_t occupant(std::int32_t x, std::int32_t y) {
         const std::int32_t pixel = occupants_[at(x, y)];
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
@@ -20786,15 +20837,14 @@ private:
     std::int32_t range_;
     float threshold_;
     std::int32_t cap_x_, cap_y_;
-    buffer<std::uint8_t> near_other_;
     buffer<std::int32_t> occupants_;
     int cell_shift_;
     std::int32_t cell_columns_;
     buffer<cell> cells_;
     buffer<strip> queue_;
-    static constexpr std::int32_t levels = 256;         // of disparity, from 1 down to -0.28
-    std::array<buffer<std::int32_t>, levels> waiting_;  // contested pixels beside the current chart, nearest level first
-    std::int32_t nearest_ = levels;                     // first level with a pixel
+    static constexpr std::int32_t levels = 256;          // of disparity, from 1 down to -0.28
+    std::array<buffer<waiting_pixel>, levels> waiting_;  // contested pixels beside the current chart, nearest level first
+    std::int32_t nearest_ = levels;                      // first level with a pixel
     std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
     chart_set result_;
 };
@@ -20839,7 +20889,7 @@ struct chart_options {
 /// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if `layers` is
 /// a view whose graph violates an invariant, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and
 /// positions. If the boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times
-/// with the default max_side. Memory is up to 25 bytes per pixel, 6 per position of the lattice, and 120 per chart.
+/// with the default max_side. Memory is up to 33 bytes per pixel, 6 per position of the lattice, and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16 || options.max_side > max_chart_box)
@@ -28850,7 +28900,7 @@ template <has_columns<color_column, disparity_column, known_column, rim_column> 
 void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const Inpainter& inpainter,
                     const photo3d_options& options = {}, Executor&& threads = {}) {
     inpainter.inpaint(layers, options.progress, threads);
-    add_texture(layers, options.texture, options.grain);
+    add_texture(layers, options.texture, options.grain, threads);
     restore_rims(layers, rims, options.mixed_colors.contrast);
 }
 

@@ -50,7 +50,7 @@ struct chart_options {
 /// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if `layers` is
 /// a view whose graph violates an invariant, and too_large for a lattice of 2^31 positions or more. Time is linear in pixels and
 /// positions. If the boxes exceed max_area, charts are grown again with a smaller limit: usually once, and at most five times
-/// with the default max_side. Memory is up to 25 bytes per pixel, 6 per position of the lattice, and 120 per chart.
+/// with the default max_side. Memory is up to 33 bytes per pixel, 6 per position of the lattice, and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16 || options.max_side > max_chart_box)

@@ -7,6 +7,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/runs.hpp>
 #include <ldi/core/surface.hpp>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -57,8 +59,9 @@ inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
 inline constexpr std::int32_t max_filter_range = 8;
 
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
-/// nearest contested pixel. `occupants_` stores for each lattice position the pixel that was accepted there last. If that pixel
-/// belongs to an earlier chart, the position counts as free, so nothing must be cleared between charts.
+/// nearest contested pixel. `occupants_` stores for each lattice position the contested pixel that was accepted there last. If
+/// that pixel belongs to an earlier chart, the position counts as free, so nothing must be cleared between charts. Uncontested
+/// pixels need no entry: all pixels within the filter's range of them are on their own surface.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -69,12 +72,17 @@ public:
           threshold_(2 * surface.max_step),
           cap_x_(even_share(g.width(), max_side)),
           cap_y_(even_share(g.height(), max_side)),
-          near_other_(positions_near_other_surfaces(g, filter_range)),
           occupants_(g.position_count(), no_pixel),
           cell_shift_(cell_shift(filter_range)),
           cell_columns_((g.width() >> cell_shift_) + 1),
           cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height() >> cell_shift_) + 1))) {
-        result_.chart_of.assign(g.size(), -1);
+        const buffer<std::uint8_t> near_other = positions_near_other_surfaces(g, filter_range);
+        result_.chart_of.resize(g.size(), unset);
+        for_each_run(g, [&](pixel_run run) {
+            const std::uint8_t* const row = near_other.data() + at(g.x()[run.first], g.y()[run.first]);
+            std::int32_t* const marks = result_.chart_of.data() + run.first;
+            for (std::int32_t i = 0; i < run.size(); ++i) marks[i] = row[i] == 0 ? uncontested : contested;
+        });
     }
 
     chart_set grow_all() {
@@ -85,7 +93,9 @@ public:
             const std::int32_t c = chart_of(first);
             while (last < count && chart_of(last) == c) ++last;
             buffer<std::int32_t>& pixels = result_.charts[c].pixels;
-            for (std::int32_t i = first; i < last; ++i) pixels.push_back(i);
+            const std::size_t before = pixels.size();
+            pixels.resize(before + static_cast<std::size_t>(last - first), unset);
+            std::iota(pixels.begin() + before, pixels.end(), first);
         }
         return std::move(result_);
     }
@@ -118,6 +128,10 @@ private:
         return length / pieces + (length % pieces != 0 ? 1 : 0);
     }
 
+    // Values of chart_of(pixel) before the pixel has a chart. `contested` - 1 - c marks a contested pixel that waits beside chart
+    // c.
+    static constexpr std::int32_t uncontested = -1, contested = -2;
+
     std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }
 
     void grow(std::int32_t seed) {
@@ -133,11 +147,10 @@ private:
                 grow_from(r, graph_.up(), r.y - 1);
                 grow_from(r, graph_.down(), r.y + 1);
             }
-            const std::int32_t pixel = nearest_contested();
+            const auto [pixel, x, y] = nearest_contested();
             if (pixel == no_pixel) break;
-            const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
             if (!fits_box(x, y) || occupant(x, y) != no_pixel || !is_clear_of_other_surfaces(pixel, x, y)) continue;
-            accept(pixel, x, y);
+            accept_contested(pixel, x, y);
             ++pixels;
             for (const side s : all_sides) visit(graph_.neighbor(pixel, s), x + step_x(s), y + step_y(s));
         }
@@ -148,47 +161,51 @@ private:
     }
 
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
+        const std::int32_t *const neighbors = links.data(), *const charts = result_.chart_of.data();
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
-            // Among pixels adjacent in memory, `++pixel` does not have to wait until the link to the right is loaded.
             const std::int32_t first = pixel;
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
-            for (std::int32_t p = first; p <= pixel; ++p, ++x) visit(links[p], x, y);
+            for (std::int32_t p = first; p <= pixel; ++p, ++x)
+                if (neighbors[p] != no_pixel && charts[neighbors[p]] < 0) visit(neighbors[p], x, y);
         }
     }
 
     /// Adds a pixel, and the pixels linked to its right and left, to the chart. Queues contested pixels instead. Skips a pixel
     /// that already has a chart or would make the bounding box too large.
     void visit(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        if (pixel == no_pixel || chart_of(pixel) >= 0) return;
-        if (near_other_[at(x, y)] != 0)
-            wait(pixel);
-        else if (fits_box(x, y))
-            add_strip(pixel, x, y);
+        if (may_add(pixel, x, y)) add_strip(pixel, x, y);
     }
 
-    /// Adds a pixel that is not contested, and all such pixels that links connect to it on the right and left, as one strip.
+    /// Adds an uncontested pixel, and all such pixels that links connect to it on the right and left, as one strip.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        accept(pixel, x, y);
-        strip r{pixel, x, y, 1};
-        for (std::int32_t last = pixel;; ++r.count) {
-            last = graph_.right()[last];
-            if (!may_extend(last, x + r.count, y)) break;
-            accept(last, x + r.count, y);
+        extend_box(x, y);
+        std::int32_t* const charts = result_.chart_of.data();
+        const std::int32_t *const right = graph_.right().data(), *const left = graph_.left().data();
+        strip r{pixel, x, y, 0};
+        const std::int32_t max_count = left_ + cap_x_ - x;  // of pixels that fit in the box from x to the right
+        for (std::int32_t last = pixel;; last = right[last]) {
+            for (charts[last] = current_, ++r.count; r.count < max_count; ++r.count) {
+                // Among pixels adjacent in memory, `++last` does not have to wait until the link to the right is loaded.
+                if (right[last] != last + 1 || charts[last + 1] != uncontested) break;
+                charts[++last] = current_;
+            }
+            if (!may_add(right[last], x + r.count, y)) break;
         }
-        for (;; ++r.count, --r.x) {
-            const std::int32_t before = graph_.left()[r.first];
-            if (!may_extend(before, r.x - 1, y)) break;
-            accept(before, r.x - 1, y);
-            r.first = before;
+        extend_box(x + r.count - 1, y);
+        for (; may_add(left[r.first], r.x - 1, y); ++r.count) {
+            r.first = left[r.first], --r.x;
+            charts[r.first] = current_;
+            extend_box(r.x, y);
         }
         queue_.push_back(r);
     }
 
-    bool may_extend(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+    /// Whether a pixel is uncontested, has no chart, and fits in the bounding box. Queues a contested pixel.
+    bool may_add(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
-        if (near_other_[at(x, y)] == 0) return fits_box(x, y);
-        wait(pixel);
+        if (chart_of(pixel) == uncontested) return fits_box(x, y);
+        wait(pixel, x, y);
         return false;
     }
 
@@ -197,12 +214,12 @@ private:
     }
 
     /// Queues a contested pixel, at most once per chart: a chart that rejects a pixel once would also reject it later.
-    void wait(std::int32_t pixel) {
-        const std::int32_t mark = -2 - current_;
+    void wait(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        const std::int32_t mark = contested - 1 - current_;
         if (chart_of(pixel) == mark) return;
         chart_of(pixel) = mark;
         const std::int32_t level = level_of(disparity_[pixel]);
-        waiting_[static_cast<std::size_t>(level)].push_back(pixel);
+        waiting_[static_cast<std::size_t>(level)].push_back({pixel, x, y});
         nearest_ = (std::min)(nearest_, level);
     }
 
@@ -211,36 +228,42 @@ private:
         return farness < 0.0F ? 0 : farness < nearest_float(levels - 1) ? static_cast<std::int32_t>(farness) : levels - 1;
     }
 
+    struct waiting_pixel {
+        std::int32_t pixel, x, y;
+    };
+
     /// Removes the nearest contested pixel from the queue and returns it, or no_pixel if the queue is empty.
-    std::int32_t nearest_contested() {
+    waiting_pixel nearest_contested() {
         for (; nearest_ < levels; ++nearest_) {
-            buffer<std::int32_t>& here = waiting_[static_cast<std::size_t>(nearest_)];
+            buffer<waiting_pixel>& here = waiting_[static_cast<std::size_t>(nearest_)];
             if (here.empty()) continue;
-            const std::int32_t pixel = here.back();
+            const waiting_pixel p = here.back();
             here.pop_back();
-            return pixel;
+            return p;
         }
-        return no_pixel;
+        return {no_pixel, 0, 0};
     }
 
-    void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        chart_of(pixel) = current_;
-        occupants_[at(x, y)] = pixel;
+    void extend_box(std::int32_t x, std::int32_t y) {
         left_ = (std::min)(left_, x), right_ = (std::max)(right_, x);
         top_ = (std::min)(top_, y), bottom_ = (std::max)(bottom_, y);
-        if (near_other_[at(x, y)] != 0) {
-            const float disparity = disparity_[pixel];
-            cell& c = cell_at(x, y);
-            if (c.chart != current_) c = {current_, disparity, disparity};
-            c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
-        }
+    }
+
+    void accept_contested(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        chart_of(pixel) = current_;
+        occupants_[at(x, y)] = pixel;
+        extend_box(x, y);
+        const float disparity = disparity_[pixel];
+        cell& c = cell_at(x, y);
+        if (c.chart != current_) c = {current_, disparity, disparity};
+        c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
     }
 
     cell& cell_at(std::int32_t x, std::int32_t y) {
         return cells_[std::int64_t{y >> cell_shift_} * cell_columns_ + (x >> cell_shift_)];
     }
 
-    /// Returns the current chart's pixel at a lattice position, or no_pixel.
+    /// Returns the current chart's contested pixel at a lattice position, or no_pixel.
     std::int32_t occupant(std::int32_t x, std::int32_t y) {
         const std::int32_t pixel = occupants_[at(x, y)];
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
@@ -304,15 +327,14 @@ private:
     std::int32_t range_;
     float threshold_;
     std::int32_t cap_x_, cap_y_;
-    buffer<std::uint8_t> near_other_;
     buffer<std::int32_t> occupants_;
     int cell_shift_;
     std::int32_t cell_columns_;
     buffer<cell> cells_;
     buffer<strip> queue_;
-    static constexpr std::int32_t levels = 256;         // of disparity, from 1 down to -0.28
-    std::array<buffer<std::int32_t>, levels> waiting_;  // contested pixels beside the current chart, nearest level first
-    std::int32_t nearest_ = levels;                     // first level with a pixel
+    static constexpr std::int32_t levels = 256;          // of disparity, from 1 down to -0.28
+    std::array<buffer<waiting_pixel>, levels> waiting_;  // contested pixels beside the current chart, nearest level first
+    std::int32_t nearest_ = levels;                      // first level with a pixel
     std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
     chart_set result_;
 };
