@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/other_bytes.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
 #include <ldi/nn/ldi/convolution_planner.hpp>
 #include <ldi/nn/ldi/pixel_subset.hpp>
@@ -66,8 +67,9 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
-        for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
-            if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
+        for_each_other_byte(read_marks[i], 0, [&](std::int32_t pixel) {
+            if (level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
+        });
         decoded[i + 1] = pixel_subset::marked(above_marks);
     }
     // Traces the encoder in reverse order, from the coarsest level to the finest. Both the decoder and the next encoder stage

@@ -145,10 +145,13 @@ inline void add_segment(plan_parts& plan, plan_segment s, std::span<const std::i
     for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
 }
 
-inline void add_irregular(plan_parts& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
-    plan.irregular.push_back(output);
-    plan.windows.resize(plan.windows.size() + plan.elements());
-    gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
+/// Sets the windows of all irregular outputs. `center(output)` returns the center pixel of an output's window.
+template <class Center>
+void gather_windows(plan_parts& plan, const graph_view& g, Center&& center) {
+    plan.windows.resize(plan.irregular.size() * plan.elements(), unset);
+    for (std::size_t i = 0; i < plan.irregular.size(); ++i)
+        gather_window(g, center(plan.irregular[i]), plan.kernel_size,
+                      std::span(plan.windows).subspan(i * plan.elements(), plan.elements()));
 }
 
 inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
@@ -160,7 +163,8 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
         add_segment(plan, {first, count}, rows, 0);
         return true;
     });
-    regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
+    plan.irregular = regular.others();
+    gather_windows(plan, g, [](std::int32_t pixel) { return pixel; });
     return plan_of(std::move(plan));
 }
 
@@ -188,7 +192,8 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
         return true;
     });
     for (std::int32_t o = 0; o < all_kept.count(); ++o)
-        if (!regular.contains(all_kept[o])) add_irregular(plan, g, o, all_kept[o]);
+        if (!regular.contains(all_kept[o])) plan.irregular.push_back(o);
+    gather_windows(plan, g, [&](std::int32_t output) { return all_kept[output]; });
     return plan_of(std::move(plan));
 }
 

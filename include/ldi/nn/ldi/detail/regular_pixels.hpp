@@ -170,13 +170,12 @@ public:
         }
     }
 
-    /// Calls `visit(pixel)` for every irregular pixel, in ascending order.
-    template <class Visit>
-    void for_each_other(Visit&& visit) const {
+    /// Returns all irregular pixels, ascending.
+    buffer<std::int32_t> others() const {
         buffer<std::int32_t> pixels;
         for (std::int32_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
-        for (const std::int32_t pixel : pixels)
-            if (pixel < g_.count()) visit(pixel);
+        while (!pixels.empty() && pixels.back() >= g_.count()) pixels.pop_back();
+        return pixels;
     }
 
 private:
