@@ -65,7 +65,7 @@ template <has_columns<color_column, disparity_column, known_column, rim_column> 
 void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const Inpainter& inpainter,
                     const photo3d_options& options = {}, Executor&& threads = {}) {
     inpainter.inpaint(layers, options.progress, threads);
-    add_texture(layers, options.texture, options.grain);
+    add_texture(layers, options.texture, options.grain, threads);
     restore_rims(layers, rims, options.mixed_colors.contrast);
 }
 

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
@@ -24,6 +25,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -51,13 +53,18 @@ using texture_color = std::array<float, 3>;
 /// Finds a source of texture for each unknown pixel, and returns the detail to copy from the source.
 class texture_transfer {
 public:
-    /// color, known  the columns of a layered image with this graph
-    texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
-                     const texture_options& options)
+    /// cells  result of find_texture_cells() for `g`, options.reach and `margin`
+    /// color  the column of a layered image with this graph
+    template <executor Executor>
+    texture_transfer(const graph_view& g, texture_cells cells, array_view<const std::uint8_t> color,
+                     const texture_options& options, Executor& threads)
         : options_(options),
-          cells_(find_texture_cells(g, known, options.reach, margin)),
-          looks_(look_at(cells_, color)),
+          cells_(std::move(cells)),
+          looks_(look_at(cells_, color, threads)),
           source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds)) {}
+
+    /// Width of the cells' margin in steps; the blur and the taps of source cells read the margin.
+    static constexpr int margin = 3;
 
     const texture_cells& cells() const { return cells_; }
 
@@ -85,8 +92,6 @@ public:
     }
 
 private:
-    static constexpr int margin = 3;  // width in steps; the blur and the taps of source cells read the margin
-
     texture_options options_;
     texture_cells cells_;
     texture_looks looks_;
@@ -112,17 +117,23 @@ inline void check_options(const texture_options& options) {
 /// Raises invalid_option like add_grain(), and for a strength outside [0, 100], a crest outside [0, 1000], a tolerance outside
 /// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time. Memory: up to 80 bytes per pixel, if all pixels
 /// are unknown or near unknown pixels.
-template <has_columns<color_column, known_column> Layers>
-void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
+template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}, Executor&& threads = {}) {
     detail::check_options(options);
     detail::check_options(grain);
     if (options.strength == 0.0F) return add_grain(layers, grain);
     if (grain.limit == 0.0F) return;
     const auto& g = layers.topology();
-    const buffer<float> around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
+    buffer<float> around;
+    detail::texture_cells found;
+    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {  // the two do not depend on each other
+        if (first == 0) around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
+        if (last == 2)
+            found = detail::find_texture_cells(g, layers.template column<known_column>(), options.reach,
+                                               detail::texture_transfer::margin);
+    });
     if (around.empty()) return;
-    const detail::texture_transfer transfer(g, layers.template column<color_column>(), layers.template column<known_column>(),
-                                            options);
+    const detail::texture_transfer transfer(g, std::move(found), layers.template column<color_column>(), options, threads);
     const detail::texture_cells& cells = transfer.cells();
     std::int32_t next = 0;
     for (std::int32_t cell = 0; cell < cells.count(); ++cell) {

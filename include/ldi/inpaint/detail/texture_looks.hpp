@@ -4,6 +4,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/inpaint/detail/texture_cells.hpp>
 
@@ -51,28 +52,37 @@ inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
 
 /// Blurs one channel of colors with a binomial filter over links, first along x, then along y. The cell itself replaces a missing
 /// neighbor.
+template <executor Executor>
 class cell_blur {
 public:
-    explicit cell_blur(const texture_cells& cells) : cells_(cells), stretches_(find_stretches(cells)) {}
+    cell_blur(const texture_cells& cells, Executor& threads)
+        : cells_(cells), stretches_(find_stretches(cells)), threads_(threads) {}
 
     /// Returns 16 times the blurred values.
     template <class To, class From>
     buffer<To> operator()(const buffer<From>& values) const {
         const buffer<To> across = blur_across<To>(values);
         buffer<To> result(values.size(), unset);
-        for (const cell_stretch& s : stretches_) {
+        for_each_stretch([&](const cell_stretch& s) {
             const To *const middle = across.data() + s.first, *const above = middle + s.above, *const below = middle + s.below;
             To* const to = result.data() + s.first;
             for (std::int32_t i = 0; i < s.count; ++i) to[i] = static_cast<To>(2U * middle[i] + above[i] + below[i]);
-        }
+        });
         return result;
     }
 
 private:
+    template <class Blur>
+    void for_each_stretch(Blur&& blur) const {
+        parallel_for(threads_, stretches_.size(), 256, [&](std::size_t first, std::size_t last) {
+            for (std::size_t s = first; s < last; ++s) blur(stretches_[s]);
+        });
+    }
+
     template <class To, class From>
     buffer<To> blur_across(const buffer<From>& values) const {
         buffer<To> result(values.size(), unset);
-        for (const cell_stretch& s : stretches_) {
+        for_each_stretch([&](const cell_stretch& s) {
             const std::int32_t last = s.first + s.count - 1;
             const std::int32_t left = cells_.left_steps[s.first] > 0 ? -1 : 0, right = cells_.right_steps[last] > 0 ? 1 : 0;
             const From* const from = values.data();
@@ -83,12 +93,13 @@ private:
             blur(s.first, left, s.count > 1 ? 1 : right);
             for (std::int32_t i = s.first + 1; i < last; ++i) blur(i, -1, 1);
             if (s.count > 1) blur(last, -1, right);
-        }
+        });
         return result;
     }
 
     const texture_cells& cells_;
     buffer<cell_stretch> stretches_;
+    Executor& threads_;
 };
 
 /// Features by which the search compares cells, and the detail to copy.
@@ -97,43 +108,49 @@ struct texture_looks {
     buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color minus blurred color, in sixteenths
 };
 
-inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
-                                                   const buffer<std::array<std::uint8_t, 3>>& blurred) {
-    buffer<texture_surroundings> result(cells.pixel.size());
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-        std::size_t at = 0;
-        const auto put = [&](std::int32_t tap) {
-            for (const std::uint8_t value : blurred[tap]) result[cell][at++] = value;
-        };
-        put(cell);
-        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
-    }
+inline texture_surroundings surroundings_of(std::int32_t cell, const texture_cells& cells,
+                                            const buffer<std::array<std::uint8_t, 3>>& blurred) {
+    texture_surroundings result{};
+    std::size_t at = 0;
+    const auto put = [&](std::int32_t tap) {
+        for (const std::uint8_t value : blurred[tap]) result[at++] = value;
+    };
+    put(cell);
+    for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
     return result;
 }
 
 /// Computes the features of all cells, one channel after another to save memory.
 ///
 /// color  K x 3, the column of the cells' layered image
-inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
-    const cell_blur blur(cells);
+template <executor Executor = const serial_executor>
+texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color, Executor&& threads = {}) {
+    const cell_blur blur(cells, threads);
     const std::size_t count = cells.pixel.size();
+    const auto for_each_cell = [&](auto&& see) {
+        parallel_for(threads, count, 8192, [&](std::size_t first, std::size_t last) {
+            for (std::size_t cell = first; cell < last; ++cell) see(cell);
+        });
+    };
     texture_looks result;
     result.detail.resize(count, unset);
     buffer<std::array<std::uint8_t, 3>> blurred(count, unset);
     buffer<std::uint8_t> channel(count, unset);
     for (std::size_t c = 0; c < 3; ++c) {
-        for (std::size_t cell = 0; cell < count; ++cell)
-            channel[cell] = color.data()[3 * static_cast<std::size_t>(cells.pixel[cell]) + c];
-        buffer<std::uint16_t> once = blur.operator()<std::uint16_t>(channel);
-        for (std::size_t cell = 0; cell < count; ++cell)
-            result.detail[cell][c] = static_cast<std::int16_t>(16 * channel[cell] - once[cell]);
-        const buffer<std::uint16_t> twice = blur.operator()<std::uint16_t>(once);
+        for_each_cell(
+            [&](std::size_t cell) { channel[cell] = color.data()[3 * static_cast<std::size_t>(cells.pixel[cell]) + c]; });
+        buffer<std::uint16_t> once = blur.template operator()<std::uint16_t>(channel);
+        for_each_cell(
+            [&](std::size_t cell) { result.detail[cell][c] = static_cast<std::int16_t>(16 * channel[cell] - once[cell]); });
+        const buffer<std::uint16_t> twice = blur.template operator()<std::uint16_t>(once);
         once = {};
-        const buffer<std::uint32_t> sums = blur.operator()<std::uint32_t>(blur.operator()<std::uint32_t>(twice));
-        for (std::size_t cell = 0; cell < count; ++cell)
-            blurred[cell][c] = static_cast<std::uint8_t>((sums[cell] + 0x8000) >> 16);
+        const buffer<std::uint32_t> sums =
+            blur.template operator()<std::uint32_t>(blur.template operator()<std::uint32_t>(twice));
+        for_each_cell([&](std::size_t cell) { blurred[cell][c] = static_cast<std::uint8_t>((sums[cell] + 0x8000) >> 16); });
     }
-    result.surroundings = describe_cells(cells, blurred);
+    result.surroundings.resize(count, unset);
+    for_each_cell(
+        [&](std::size_t cell) { result.surroundings[cell] = surroundings_of(static_cast<std::int32_t>(cell), cells, blurred); });
     return result;
 }
 
