@@ -40,7 +40,7 @@ readonly needs_service=("header amqp.h;librabbitmq-dev" "header curl/curl.h;libc
     "header prometheus/registry.h;prometheus-cpp-dev" "header httplib.h;libcpp-httplib-dev" "command pkg-config;pkg-config"
     "command curl;curl" "command python3;python3" "command rabbitmqctl;rabbitmq-server")
 readonly needs_training=("command python3;python3" "module torch;python3-torch" "module cv2;python3-opencv" "module numpy;python3-numpy" "module matplotlib;python3-matplotlib"
-    "header nlohmann/json.hpp;nlohmann-json3-dev" "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
+    "header nlohmann/json.hpp;nlohmann-json3-dev" "module scipy;python3-scipy" "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
 
 # Tests.
 readonly needs_tests=("header catch2/catch.hpp|catch2/catch_all.hpp;catch2" "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev"

@@ -1,10 +1,16 @@
-"""Losses on disparity that is known up to scale and shift, after MiDaS (Ranftl et al., TPAMI 2022) and the paper's multi-scale differences
-(Li and Snavely's MegaDepth)."""
+"""Losses on disparity that is known up to scale and shift, after MiDaS (Ranftl et al., TPAMI 2022), the paper's multi-scale differences
+(Li and Snavely's MegaDepth), and structure-guided ranking (Xian et al., CVPR 2020)."""
 import torch
+from torch.nn.functional import softplus
 
 ANCHOR = 0.1  # weight of the unaligned error. The other losses ignore scale and shift, which would make the 8-bit range arbitrary
 MIN_SCALE, MAX_SCALE = 0.5, 2.0  # limits of the result's scale relative to the label (a crop has a smaller depth range than its photo)
 SCALES = 4
+GRADIENT, RANK = 0.8, 0.25  # weights of the losses on differences and on pairs
+PAIR_DISTANCES = 3, 6  # in pixels, along x and along y
+MIN_PAIR_STEP = 0.08  # minimum step of the label between the pixels of a pair
+PAIR_MARGIN = 0.7  # share of the label's step that the result must reach
+PAIR_SHARPNESS = 20.0
 
 
 def aligned_error(y, truth, known):
@@ -30,11 +36,25 @@ def difference_loss(error, known):
     return total
 
 
+def ranking_loss(y, truth, known):
+    """Returns the loss on pairs of pixels on both sides of a step of the label: the missing part of the step, rounded off at zero."""
+    total, count = 0.0, 0.0
+    for distance in PAIR_DISTANCES:
+        for dim in (2, 3):
+            n = y.shape[dim] - distance
+            step, found = (v.narrow(dim, distance, n) - v.narrow(dim, 0, n) for v in (truth, y))
+            both = known.narrow(dim, distance, n) * known.narrow(dim, 0, n) * (step.abs() > MIN_PAIR_STEP)
+            missing = PAIR_MARGIN * step.abs() - step.sign() * found
+            total = total + (softplus(PAIR_SHARPNESS * missing) / PAIR_SHARPNESS * both).sum()
+            count = count + both.sum()
+    return total / count.clamp(min=1)
+
+
 def losses(y, truth, known):
     """Returns the terms of the loss, each a scalar.
 
     y, truth, known  B x 1 x H x W; known is 1 where there is truth, else 0"""
     error = aligned_error(y, truth, known)
     pixels = known.sum().clamp(min=1)
-    return {"data": (error.abs() * known).sum() / pixels, "gradient": 0.5 * difference_loss(error, known),
-            "anchor": ANCHOR * ((y - truth).abs() * known).sum() / pixels}
+    return {"data": (error.abs() * known).sum() / pixels, "gradient": GRADIENT * difference_loss(error, known),
+            "rank": RANK * ranking_loss(y, truth, known), "anchor": ANCHOR * ((y - truth).abs() * known).sum() / pixels}

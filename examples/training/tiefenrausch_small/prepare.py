@@ -2,7 +2,7 @@
 
     python3 prepare.py --photos PHOTOS --raw RAW [--depth RGBD_FOLDER]... --out FOLDER
 
-RAW is the output of teachers.py for PHOTOS. For photographs with measured depth (--depth, folders with manifest.json), the label is the
+RAW is the output of teachers.py for PHOTOS. Estimates of an earlier student, and masks of salient objects and of the sky, are optional. For photographs with measured depth (--depth, folders with manifest.json), the label is the
 measured depth.
 """
 import argparse
@@ -34,8 +34,16 @@ def shrink(photo, side):
     return cv2.resize(photo, (round(photo.shape[1] * scale), round(photo.shape[0] * scale)), interpolation=cv2.INTER_AREA)
 
 
+def file_of(raw, which, name):
+    return os.path.join(raw, which, name + ".npz")
+
+
+def exists(raw, which, name):
+    return os.path.exists(file_of(raw, which, name))
+
+
 def stored(raw, which, name):
-    with np.load(os.path.join(raw, which, name + ".npz")) as file:
+    with np.load(file_of(raw, which, name)) as file:
         return {key: file[key].astype(np.float32) for key in file}
 
 
@@ -60,9 +68,14 @@ def labeled(path, raw):
     name, photo = os.path.splitext(os.path.basename(path))[0], read_color(path)
     layout = labels.chosen(stored(raw, "teacher", name), stored(raw, "published", name))
     small = cv2.resize(photo, layout.shape[::-1], interpolation=cv2.INTER_AREA)
-    label = labels.in_range(labels.snapped(layout, small))
-    classes = os.path.join(raw, "masks", name + ".npz")
-    front = front_of(stored(raw, "masks", name)["classes"], label) if os.path.exists(classes) else np.zeros(label.shape, np.uint8)
+    label = labels.snapped(layout, small)
+    if exists(raw, "student", name):
+        label = labels.with_layout_of(stored(raw, "student", name)["student"], label)
+    if exists(raw, "salient", name):
+        masks = stored(raw, "salient", name)
+        label = labels.masked(label, masks["objects"], masks["sky"])
+    label = labels.in_range(label)
+    front = front_of(stored(raw, "masks", name)["classes"], label) if exists(raw, "masks", name) else np.zeros(label.shape, np.uint8)
     return name, name.rsplit("_", 1)[0], shrink(photo, LONG_SIDE), label, front
 
 

@@ -2,10 +2,13 @@
 
     python3 teachers.py --photos PHOTOS --out RAW --teacher FOLDER             layout and detail: TCMonoDepth, small (FOLDER has teacher.py)
     python3 teachers.py --photos PHOTOS --out RAW --published FOLDER --estimate PROGRAM    the published Tiefenrausch, by estimate.cpp
+    python3 teachers.py --photos PHOTOS --out RAW --student FILE --estimate PROGRAM        layout: an earlier student, by estimate.cpp
     python3 teachers.py --photos PHOTOS --out RAW --segmentation FOLDER        objects to cut out: DeepLab v3 (FOLDER has tflite_torch.py)
+    python3 teachers.py --photos PHOTOS --out RAW --masks FOLDER               borders of salient objects and of the sky (FOLDER has masks.py)
 
-PHOTOS is a folder of photographs, with or without a manifest.json. The output files are RAW/teacher/NAME.npz, RAW/published/NAME.npz and
-RAW/masks/NAME.npz. They contain maps with a long side of 384 pixels. The keys are the network's input sizes, or "classes" for masks.
+PHOTOS is a folder of photographs, with or without a manifest.json. The output files are RAW/teacher/NAME.npz, RAW/published/NAME.npz,
+RAW/student/NAME.npz, RAW/masks/NAME.npz and RAW/salient/NAME.npz. They contain maps with a long side of 384 pixels. The keys are the
+network's input sizes, "student", "classes" for masks, or "objects" and "sky" for salient.
 """
 import argparse
 import json
@@ -23,6 +26,8 @@ LABEL_SIDE = 384
 SHORT_SIDES = (192, 256, 384)  # input sizes of the teacher
 LONG_SIDES = (224, 288)  # input sizes of the published network, in addition to 384
 SEGMENTATION_SIDE = 513
+MASK_SIDES = {"objects": ("u2netp", 320), "sky": ("sky", 384)}  # files and input sizes of the networks for borders
+MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # of ImageNet's colors; these networks expect standardized colors
 
 
 def label_size(photo):
@@ -63,6 +68,23 @@ def masks(folder):
     return classes
 
 
+def borders(folder):
+    sys.path.append(folder)
+    import masks as runner
+    networks = {key: (runner.load(*(os.path.join(folder, f"{name}.{kind}") for kind in ("param", "bin"))), side)
+                for key, (name, side) in MASK_SIDES.items()}
+
+    def mask(photo, network, side):
+        color = cv2.resize(photo, (side, side), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+        color = (color / max(color.max(), 1e-3) - np.float32(MEAN)) / np.float32(DEVIATION)
+        with torch.no_grad():
+            found = runner.run(network, torch.from_numpy(color).permute(2, 0, 1)[None])
+        first = "out0" if "out0" in found else next(layer[2][0] for layer in network if layer[0] == "Sigmoid")
+        share = cv2.resize(np.clip(found[first][0, 0].numpy(), 0, 1), label_size(photo), interpolation=cv2.INTER_LINEAR)
+        return (share * 255).astype(np.uint8)
+    return lambda photo: {key: mask(photo, *network) for key, network in networks.items()}
+
+
 def photographs(folder):
     """Returns [(name, path)]."""
     manifest = os.path.join(folder, "manifest.json")
@@ -96,13 +118,18 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ("photos", "out"):
         p.add_argument("--" + name, required=True)
-    for name in ("teacher", "published", "estimate", "segmentation"):
+    for name in ("teacher", "published", "student", "estimate", "segmentation", "masks"):
         p.add_argument("--" + name)
     a = p.parse_args()
     if a.teacher:
         ask(teacher_maps(a.teacher), a.photos, os.path.join(a.out, "teacher"))
     if a.published:
         ask(published_maps(a.published, a.estimate), a.photos, os.path.join(a.out, "published"))
+    if a.student:
+        network = Estimator(a.estimate, a.student)
+        ask(lambda photo: {"student": network(photo)}, a.photos, os.path.join(a.out, "student"))
+    if a.masks:
+        ask(borders(a.masks), a.photos, os.path.join(a.out, "salient"))
     if a.segmentation:
         ask(masks(a.segmentation), a.photos, os.path.join(a.out, "masks"))
 

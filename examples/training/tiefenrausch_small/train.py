@@ -259,7 +259,7 @@ def main():
             seen = watched.measure(run.average)
             pace = (run.step - first) / (time.time() - started)
             columns = {"step": run.step, "samples": run.samples, "processor_hours": run.seconds / 3600, "progress": progress,
-                       **{n: means.get(n, math.nan) for n in ("data", "gradient", "anchor", "norm")},
+                       **{n: means.get(n, math.nan) for n in ("data", "gradient", "rank", "anchor", "norm")},
                        "held_out_error": error, "held_out_gradient": difference, **seen}
             new = not os.path.exists(path("log.tsv"))
             with open(path("log.tsv"), "a") as log:
