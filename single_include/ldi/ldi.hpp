@@ -13976,30 +13976,52 @@ struct farbrausch_level {
     buffer<std::int32_t> decoded_above;  ///< per read pixel: its parent's row among the next level's decoded pixels, or no_pixel
 };
 
+/// Plans a level's convolutions between this level and the next coarser one.
+///
+/// encode  set to the plan of the encoder's convolution, unless its kernel is 3 x 3: then level.average_coarse is this plan
+inline void plan_transition(convolution_planner& planner, const level_map& map, std::int32_t kernel, farbrausch_level& level,
+                            convolution_plan& encode) {
+    level.average_coarse = planner.plan(3, map);
+    if (kernel != 3) encode = planner.plan(kernel, map);
+    level.above = map.parent().copy();
+}
+
 /// Plans all levels, from the finest to the coarsest.
 ///
 /// finest   level 0, a graph or graph_view in canonical order
-/// kernels  sizes of the encoder's convolutions, one per level
+/// kernels  sizes of the encoder's convolutions, one per level, at least one
 /// wanted   one per pixel of `finest`, nonzero where the network's result is requested
-template <class Graph>
+template <class Graph, executor Executor = const serial_executor>
 buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const std::int32_t> kernels,
-                                         std::span<const std::uint8_t> wanted) {
+                                         std::span<const std::uint8_t> wanted, Executor&& threads = {}) {
     const std::size_t depth = kernels.size();
     buffer<farbrausch_level> levels(depth + 1);
     buffer<convolution_plan> encode(depth);
-    graph coarse;
-    for (std::size_t i = 0; i <= depth; ++i) {
-        farbrausch_level& level = levels[i];
-        level.pixel_count = i == 0 ? finest.size() : coarse.size();
-        convolution_planner planner = i == 0 ? convolution_planner(finest) : convolution_planner(coarse);
-        level.average = planner.plan(3);
-        if (i == depth) break;
-        coarsened next = i == 0 ? coarsen(finest) : coarsen(coarse);
-        level.average_coarse = planner.plan(3, next.map);
-        if (kernels[i] != 3) encode[i] = planner.plan(kernels[i], next.map);
-        level.above = next.map.parent().copy();
-        coarse = std::move(next.topology);
-    }
+    levels[0].pixel_count = finest.size();
+    std::optional<convolution_planner> planner;
+    coarsened second;
+    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
+        if (first == 0) levels[0].average = planner.emplace(finest).plan(3);
+        if (last == 2) second = coarsen(finest);
+    });
+    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
+        if (first == 0) {
+            plan_transition(*planner, second.map, kernels[0], levels[0], encode[0]);
+            planner.reset(), second.map = {};
+        }
+        if (last == 2) {
+            graph coarse = std::move(second.topology);
+            for (std::size_t i = 1; i <= depth; ++i) {
+                levels[i].pixel_count = coarse.size();
+                convolution_planner plans(coarse);
+                levels[i].average = plans.plan(3);
+                if (i == depth) break;
+                coarsened next = coarsen(coarse);
+                plan_transition(plans, next.map, kernels[i], levels[i], encode[i]);
+                coarse = std::move(next.topology);
+            }
+        }
+    });
 
     // Traces the decoder in reverse order, from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
@@ -14540,7 +14562,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
         raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " entries in `wanted`, one per pixel",
               std::to_string(wanted.size()) + " entries");
     if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "a moved-from network");
-    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
+    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted, threads);
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();
@@ -19481,11 +19503,13 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 class local_matte {
 public:
     /// shares  H x W, known shares of the foreground, in the units of decided_depth::shares; may be empty
+    template <executor Executor = const serial_executor>
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
-                std::span<const std::uint8_t> shares = {})
-        : graph_(g), band_(band), shares_(shares) {
-        mixtures_.reserve(band.places().size());
-        for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
+                std::span<const std::uint8_t> shares = {}, Executor&& threads = {})
+        : graph_(g), band_(band), shares_(shares), mixtures_(band.places().size()) {
+        parallel_for(threads, mixtures_.size(), 512, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) mixtures_[i] = estimate(band.places()[i], colors);
+        });
     }
 
     const buffer<mixture>& mixtures() const { return mixtures_; }
@@ -19751,9 +19775,9 @@ private:
 ///
 /// Raises invalid_option for an option outside its range, and mismatch if `shares` is neither empty nor H x W. Time is linear,
 /// except for sorting the pixels beside silhouettes. Memory: up to 150 bytes per pixel, if all pixels lie beside silhouettes.
-template <payload_column... Columns>
+template <payload_column... Columns, executor Executor = const serial_executor>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
-                  std::span<const std::uint8_t> shares = {}) {
+                  std::span<const std::uint8_t> shares = {}, Executor&& threads = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
     if (options.foreground_margin < 0 || options.background_margin < 0 || !(options.reach >= 0 && options.reach <= 1) ||
         !(options.contrast > 0))
@@ -19775,7 +19799,7 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
     detail::mark_margin(layers, foreground, detail::scaled_to_photo(options.foreground_margin, g));
     detail::mark_margin(layers, background, detail::scaled_to_photo(options.background_margin, g));
 
-    detail::local_matte mixed(g, band, layers.template column<color_column>(), shares);
+    detail::local_matte mixed(g, band, layers.template column<color_column>(), shares, threads);
     mixed.smooth(2);
     detail::color_cleaner(layers, band, mixed.mixtures()).clean();
     if constexpr (has_column<single_layer<Columns...>, matte_column>)
@@ -20287,8 +20311,8 @@ inline void check_options(const texture_options& options) {
 /// grain    its limit and its rounds also apply to measuring the photo's detail; if the limit is 0, nothing is added
 ///
 /// Raises invalid_option like add_grain(), and for a strength outside [0, 100], a crest outside [0, 1000], a tolerance outside
-/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time. Memory: up to 80 bytes per pixel, if all pixels
-/// are unknown or near unknown pixels.
+/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time. Memory: up to 80 bytes per pixel, with several
+/// threads 115, if all pixels are unknown or near unknown pixels.
 template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}, Executor&& threads = {}) {
     detail::check_options(options);
@@ -20296,15 +20320,14 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
     if (options.strength == 0.0F) return add_grain(layers, grain);
     if (grain.limit == 0.0F) return;
     const auto& g = layers.topology();
+    const array_view<const std::uint8_t> known = layers.template column<known_column>();
+    if (std::find(known.begin(), known.end(), std::uint8_t{0}) == known.end()) return;
     buffer<float> around;
     detail::texture_cells found;
     parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {  // the two do not depend on each other
         if (first == 0) around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
-        if (last == 2)
-            found = detail::find_texture_cells(g, layers.template column<known_column>(), options.reach,
-                                               detail::texture_transfer::margin);
+        if (last == 2) found = detail::find_texture_cells(g, known, options.reach, detail::texture_transfer::margin);
     });
-    if (around.empty()) return;
     const detail::texture_transfer transfer(g, std::move(found), layers.template column<color_column>(), options, threads);
     const detail::texture_cells& cells = transfer.cells();
     std::int32_t next = 0;
@@ -20571,7 +20594,7 @@ inline constexpr std::int32_t max_filter_range = 8;
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
 /// nearest contested pixel. `occupants_` stores for each lattice position the contested pixel that was accepted there last. If
 /// that pixel belongs to an earlier chart, the position counts as free, so nothing must be cleared between charts. Uncontested
-/// pixels need no entry: all pixels within the filter's range of them are on their own surface.
+/// pixels need no entry: every pixel within the filter's range of such a pixel is on the same surface.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -20674,6 +20697,7 @@ private:
         const std::int32_t *const neighbors = links.data(), *const charts = result_.chart_of.data();
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
+            // Among pixels adjacent in memory, `++pixel` does not have to wait until the link to the right is loaded.
             const std::int32_t first = pixel;
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
             for (std::int32_t p = first; p <= pixel; ++p, ++x)
@@ -20696,7 +20720,6 @@ private:
         const std::int32_t max_count = left_ + cap_x_ - x;  // of pixels that fit in the box from x to the right
         for (std::int32_t last = pixel;; last = right[last]) {
             for (charts[last] = current_, ++r.count; r.count < max_count; ++r.count) {
-                // Among pixels adjacent in memory, `++last` does not have to wait until the link to the right is loaded.
                 if (right[last] != last + 1 || charts[last + 1] != uncontested) break;
                 charts[++last] = current_;
             }
@@ -28808,7 +28831,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
     result.curves =
         find_discontinuity_curves(result.layer, options.surface, scaled(options.curves, sample), &result.dropped_sides);
     close_spurious_discontinuities(result.layer, result.curves);
-    unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
+    unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()}, threads);
     result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample));
     return result;
 }

@@ -4,6 +4,8 @@
 #include "tests/support/errors.hpp"
 #include "tests/support/lifted_scene.hpp"
 
+#include <ldi/base/executor.hpp>
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -218,6 +220,24 @@ TEST_CASE("margins grow in proportion for photos whose long side exceeds 1536 pi
     for (std::size_t i = 0; i < layers.size(); ++i) {
         const std::int32_t x = layers.topology().x()[i];
         REQUIRE(layers.column<ldi::known_column>()[i] == (x >= 1498 && x < 1504 ? 0 : 1));
+    }
+}
+
+TEST_CASE("unmix_colors() returns the same colors and shares for any number of threads") {
+    std::mt19937 random(21);
+    const disc_scene scene(random, 3.0F);
+    ldi::mixed_color_options wide;
+    wide.reach = 0.2F;  // so that the band has enough pixels for several pieces
+    ldi::photo_layer serial = scene.photo;
+    ldi::unmix_colors(serial, wide);
+    REQUIRE_FALSE((serial.column<ldi::color_column>() == scene.photo.column<ldi::color_column>()));
+    for (const std::size_t count : {2U, 5U}) {
+        ldi::thread_pool threads(count);
+        ldi::photo_layer parallel = scene.photo;
+        ldi::unmix_colors(parallel, wide, {}, threads);
+        CHECK((parallel.column<ldi::color_column>() == serial.column<ldi::color_column>()));
+        CHECK((parallel.column<ldi::matte_column>() == serial.column<ldi::matte_column>()));
+        CHECK((parallel.column<ldi::known_column>() == serial.column<ldi::known_column>()));
     }
 }
 

@@ -1,5 +1,6 @@
 #include "tests/support/random_graph.hpp"
 
+#include <ldi/base/executor.hpp>
 #include <ldi/core/components.hpp>
 #include <ldi/inpaint/texture_transfer.hpp>
 
@@ -299,6 +300,25 @@ TEST_CASE("add_texture() changes only unknown pixels, and copies texture only al
         REQUIRE(same_colors(layers, again));
     }
     CHECK(changed > 1000);
+}
+
+TEST_CASE("add_texture() returns the same colors for any number of threads") {
+    constexpr std::int32_t width = 40, height = 3000;  // so large that the cells and the stretches of cells form several pieces
+    std::mt19937 random(12);
+    photo_layers layers(make_grid(width, height));
+    for (std::int32_t i = 0; i < width * height; ++i) {
+        layers.at<known_column>(i)[0] = i / width % 60 < 40 || testing::chance(random, 50) ? 1 : 0;
+        set_color(layers, i, {testing::below(random, 256), testing::below(random, 256), testing::below(random, 256)});
+    }
+    photo_layers serial = layers;
+    add_texture(serial);
+    REQUIRE_FALSE(same_colors(serial, layers));
+    for (const std::size_t count : {2U, 5U}) {
+        thread_pool threads(count);
+        photo_layers parallel = layers;
+        add_texture(parallel, {}, {}, threads);
+        CHECK(same_colors(parallel, serial));
+    }
 }
 
 TEST_CASE("unknown pixels without similar known colors receive grain, and so do all pixels if the texture's strength is 0") {

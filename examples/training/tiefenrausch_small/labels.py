@@ -11,7 +11,7 @@ SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # parameters of the weighted median that moves 
 STUDENT_SIGMA = 24.0  # in pixels of the label; coarser structures come from an earlier student, if there is one
 OBJECT_BAND, SKY_BAND = 9, 6  # distance from a mask's border, in pixels, at which the depth of either side is measured
 OBJECT_STEP = 0.1  # minimum step at the border of an object, as a share of the label's range
-MIN_SIDE = 200  # minimum number of pixels on either side of a mask's border, beyond the band
+MIN_SIDE = 200  # minimum number of pixels on each side of a mask's border, beyond the band
 MIN_SKY, MIN_SKY_ABOVE = 0.05, 0.3  # minimum share of sky in the photograph, and in its first three rows
 FARTHEST_SKY = 20  # percentile of disparity below which the median of the sky must be
 LOW, HIGH = 0.5, 99.5  # percentiles of a label that are scaled to the two values of NEAR_FAR
@@ -92,8 +92,8 @@ def moved_to_border(disparity, inside, band, step):
 
 
 def masked(disparity, salient, sky):
-    """Moves steps to the borders of salient objects and of the sky. Ignores a mask of the sky that is small, does not touch the upper border
-    or is not far.
+    """Moves steps to the borders of salient objects and of the sky. Ignores a mask of the sky that is small, does not touch the upper border,
+    or whose median is not among the farthest fifth of all pixels.
 
     salient, sky  H x W, 0 to 255"""
     low, high = np.percentile(disparity, (2, 98))

@@ -3,10 +3,9 @@
 import torch
 from torch.nn.functional import softplus
 
-ANCHOR = 0.1  # weight of the unaligned error. The other losses ignore scale and shift, which would make the 8-bit range arbitrary
+ANCHOR = 0.1  # weight of the unaligned error. No other loss determines both scale and shift, so without it the 8-bit range would be arbitrary
 MIN_SCALE, MAX_SCALE = 0.5, 2.0  # limits of the result's scale relative to the label (a crop has a smaller depth range than its photo)
 SCALES = 4
-GRADIENT, RANK = 0.8, 0.25  # weights of the losses on differences and on pairs
 PAIR_DISTANCES = 3, 6  # in pixels, along x and along y
 MIN_PAIR_STEP = 0.08  # minimum step of the label between the pixels of a pair
 PAIR_MARGIN = 0.7  # share of the label's step that the result must reach
@@ -50,11 +49,15 @@ def ranking_loss(y, truth, known):
     return total / count.clamp(min=1)
 
 
-def losses(y, truth, known):
+def losses(y, truth, known, gradient=0.5, rank=0.0):
     """Returns the terms of the loss, each a scalar.
 
-    y, truth, known  B x 1 x H x W; known is 1 where there is truth, else 0"""
+    y, truth, known  B x 1 x H x W; known is 1 where there is truth, else 0
+    gradient, rank   weights of the losses on differences and on pairs"""
     error = aligned_error(y, truth, known)
     pixels = known.sum().clamp(min=1)
-    return {"data": (error.abs() * known).sum() / pixels, "gradient": GRADIENT * difference_loss(error, known),
-            "rank": RANK * ranking_loss(y, truth, known), "anchor": ANCHOR * ((y - truth).abs() * known).sum() / pixels}
+    terms = {"data": (error.abs() * known).sum() / pixels, "gradient": gradient * difference_loss(error, known),
+             "anchor": ANCHOR * ((y - truth).abs() * known).sum() / pixels}
+    if rank > 0:
+        terms["rank"] = rank * ranking_loss(y, truth, known)
+    return terms

@@ -2,8 +2,8 @@
 
     python3 prepare.py --photos PHOTOS --raw RAW [--depth RGBD_FOLDER]... --out FOLDER
 
-RAW is the output of teachers.py for PHOTOS. Estimates of an earlier student, and masks of salient objects and of the sky, are optional. For photographs with measured depth (--depth, folders with manifest.json), the label is the
-measured depth.
+RAW is the output of teachers.py for PHOTOS; its folders student, borders and masks are optional. For photographs with depth (--depth,
+folders with manifest.json), the label is that depth.
 """
 import argparse
 import functools
@@ -71,8 +71,8 @@ def labeled(path, raw):
     label = labels.snapped(layout, small)
     if exists(raw, "student", name):
         label = labels.with_layout_of(stored(raw, "student", name)["student"], label)
-    if exists(raw, "salient", name):
-        masks = stored(raw, "salient", name)
+    if exists(raw, "borders", name):
+        masks = stored(raw, "borders", name)
         label = labels.masked(label, masks["objects"], masks["sky"])
     label = labels.in_range(label)
     front = front_of(stored(raw, "masks", name)["classes"], label) if exists(raw, "masks", name) else np.zeros(label.shape, np.uint8)

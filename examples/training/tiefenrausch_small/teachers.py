@@ -4,11 +4,11 @@
     python3 teachers.py --photos PHOTOS --out RAW --published FOLDER --estimate PROGRAM    the published Tiefenrausch, by estimate.cpp
     python3 teachers.py --photos PHOTOS --out RAW --student FILE --estimate PROGRAM        layout: an earlier student, by estimate.cpp
     python3 teachers.py --photos PHOTOS --out RAW --segmentation FOLDER        objects to cut out: DeepLab v3 (FOLDER has tflite_torch.py)
-    python3 teachers.py --photos PHOTOS --out RAW --masks FOLDER               borders of salient objects and of the sky (FOLDER has masks.py)
+    python3 teachers.py --photos PHOTOS --out RAW --borders FOLDER             borders of salient objects and of the sky (FOLDER has masks.py)
 
 PHOTOS is a folder of photographs, with or without a manifest.json. The output files are RAW/teacher/NAME.npz, RAW/published/NAME.npz,
-RAW/student/NAME.npz, RAW/masks/NAME.npz and RAW/salient/NAME.npz. They contain maps with a long side of 384 pixels. The keys are the
-network's input sizes, "student", "classes" for masks, or "objects" and "sky" for salient.
+RAW/student/NAME.npz, RAW/masks/NAME.npz and RAW/borders/NAME.npz. They contain maps with a long side of 384 pixels. The keys are the
+network's input sizes for teacher and published, "student", "classes" in masks, and "objects" and "sky" in borders.
 """
 import argparse
 import json
@@ -118,7 +118,7 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ("photos", "out"):
         p.add_argument("--" + name, required=True)
-    for name in ("teacher", "published", "student", "estimate", "segmentation", "masks"):
+    for name in ("teacher", "published", "student", "estimate", "segmentation", "borders"):
         p.add_argument("--" + name)
     a = p.parse_args()
     if a.teacher:
@@ -128,8 +128,8 @@ def main():
     if a.student:
         network = Estimator(a.estimate, a.student)
         ask(lambda photo: {"student": network(photo)}, a.photos, os.path.join(a.out, "student"))
-    if a.masks:
-        ask(borders(a.masks), a.photos, os.path.join(a.out, "salient"))
+    if a.borders:
+        ask(borders(a.borders), a.photos, os.path.join(a.out, "borders"))
     if a.segmentation:
         ask(masks(a.segmentation), a.photos, os.path.join(a.out, "masks"))
 

@@ -79,9 +79,10 @@ class Watched:
 class Run:
     """State of a checkpoint: the network, its running average (which is exported), the optimizer and the counts."""
 
-    def __init__(self, network):
-        """network  name for model.network()"""
-        self.network = network
+    def __init__(self, network, loss_weights):
+        """network       name for model.network()
+        loss_weights  {"gradient": weight, "rank": weight}, for losses.losses()"""
+        self.network, self.loss_weights = network, loss_weights
         self.step, self.samples, self.seconds, self.progress = 0, 0, 0.0, 0.0  # processor seconds
         self.ranges = None  # quantization of the tensors; None during training in floating point
         self.use(Student(*model.network(network)))
@@ -144,7 +145,7 @@ class Run:
         for group in self.optimizer.param_groups:
             group["lr"] = rate * group["share"]
         color, truth, known = batch
-        terms = losses(self.net(color), truth, known)
+        terms = losses(self.net(color), truth, known, **self.loss_weights)
         self.optimizer.zero_grad(set_to_none=True)
         sum(terms.values()).backward()
         norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 1.0)
@@ -197,6 +198,8 @@ def arguments():
                    "default: random weights")
     p.add_argument("--watch", help="folder of photographs with depth (manifest.json) to measure on while training")
     p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
+    p.add_argument("--gradient", type=float, default=0.5, help="weight of the loss on differences of neighboring errors")
+    p.add_argument("--rank", type=float, default=0.0, help="weight of the ranking loss")
     p.add_argument("--threads", type=int, default=os.cpu_count())
     return p.parse_args()
 
@@ -212,7 +215,7 @@ def main():
         return os.path.join(a.out, name)
 
     photographs = data.Photographs(a.data)
-    run, checkpoint = Run(a.network), path("checkpoint.pt")
+    run, checkpoint = Run(a.network, {"gradient": a.gradient, "rank": a.rank}), path("checkpoint.pt")
     if os.path.exists(checkpoint):
         run.load(checkpoint)
     elif a.weights or a.backbone:
@@ -259,8 +262,8 @@ def main():
             seen = watched.measure(run.average)
             pace = (run.step - first) / (time.time() - started)
             columns = {"step": run.step, "samples": run.samples, "processor_hours": run.seconds / 3600, "progress": progress,
-                       **{n: means.get(n, math.nan) for n in ("data", "gradient", "rank", "anchor", "norm")},
-                       "held_out_error": error, "held_out_gradient": difference, **seen}
+                       **{n: means.get(n, math.nan) for n in ("data", "gradient", "anchor", "norm")},
+                       "held_out_error": error, "held_out_gradient": difference, **seen, "rank": means.get("rank", math.nan)}
             new = not os.path.exists(path("log.tsv"))
             with open(path("log.tsv"), "a") as log:
                 if new:

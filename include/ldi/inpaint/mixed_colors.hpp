@@ -7,6 +7,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/columns.hpp>
@@ -185,9 +186,9 @@ private:
 ///
 /// Raises invalid_option for an option outside its range, and mismatch if `shares` is neither empty nor H x W. Time is linear,
 /// except for sorting the pixels beside silhouettes. Memory: up to 150 bytes per pixel, if all pixels lie beside silhouettes.
-template <payload_column... Columns>
+template <payload_column... Columns, executor Executor = const serial_executor>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
-                  std::span<const std::uint8_t> shares = {}) {
+                  std::span<const std::uint8_t> shares = {}, Executor&& threads = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
     if (options.foreground_margin < 0 || options.background_margin < 0 || !(options.reach >= 0 && options.reach <= 1) ||
         !(options.contrast > 0))
@@ -209,7 +210,7 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
     detail::mark_margin(layers, foreground, detail::scaled_to_photo(options.foreground_margin, g));
     detail::mark_margin(layers, background, detail::scaled_to_photo(options.background_margin, g));
 
-    detail::local_matte mixed(g, band, layers.template column<color_column>(), shares);
+    detail::local_matte mixed(g, band, layers.template column<color_column>(), shares, threads);
     mixed.smooth(2);
     detail::color_cleaner(layers, band, mixed.mixtures()).clean();
     if constexpr (has_column<single_layer<Columns...>, matte_column>)

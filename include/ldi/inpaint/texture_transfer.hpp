@@ -115,8 +115,8 @@ inline void check_options(const texture_options& options) {
 /// grain    its limit and its rounds also apply to measuring the photo's detail; if the limit is 0, nothing is added
 ///
 /// Raises invalid_option like add_grain(), and for a strength outside [0, 100], a crest outside [0, 1000], a tolerance outside
-/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time. Memory: up to 80 bytes per pixel, if all pixels
-/// are unknown or near unknown pixels.
+/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time. Memory: up to 80 bytes per pixel, with several
+/// threads 115, if all pixels are unknown or near unknown pixels.
 template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}, Executor&& threads = {}) {
     detail::check_options(options);
@@ -124,15 +124,14 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
     if (options.strength == 0.0F) return add_grain(layers, grain);
     if (grain.limit == 0.0F) return;
     const auto& g = layers.topology();
+    const array_view<const std::uint8_t> known = layers.template column<known_column>();
+    if (std::find(known.begin(), known.end(), std::uint8_t{0}) == known.end()) return;
     buffer<float> around;
     detail::texture_cells found;
     parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {  // the two do not depend on each other
         if (first == 0) around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
-        if (last == 2)
-            found = detail::find_texture_cells(g, layers.template column<known_column>(), options.reach,
-                                               detail::texture_transfer::margin);
+        if (last == 2) found = detail::find_texture_cells(g, known, options.reach, detail::texture_transfer::margin);
     });
-    if (around.empty()) return;
     const detail::texture_transfer transfer(g, std::move(found), layers.template column<color_column>(), options, threads);
     const detail::texture_cells& cells = transfer.cells();
     std::int32_t next = 0;

@@ -118,7 +118,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
         raise(error_code::mismatch, stage_name, std::to_string(layers.size()) + " entries in `wanted`, one per pixel",
               std::to_string(wanted.size()) + " entries");
     if (depth() == 0) raise(error_code::mismatch, stage_name, "a network with weights", "a moved-from network");
-    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
+    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted, threads);
     progress.report(stage_name, 0.1F);
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();

@@ -121,7 +121,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
     result.curves =
         find_discontinuity_curves(result.layer, options.surface, scaled(options.curves, sample), &result.dropped_sides);
     close_spurious_discontinuities(result.layer, result.curves);
-    unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
+    unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()}, threads);
     result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample));
     return result;
 }

@@ -61,7 +61,7 @@ inline constexpr std::int32_t max_filter_range = 8;
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
 /// nearest contested pixel. `occupants_` stores for each lattice position the contested pixel that was accepted there last. If
 /// that pixel belongs to an earlier chart, the position counts as free, so nothing must be cleared between charts. Uncontested
-/// pixels need no entry: all pixels within the filter's range of them are on their own surface.
+/// pixels need no entry: every pixel within the filter's range of such a pixel is on the same surface.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -164,6 +164,7 @@ private:
         const std::int32_t *const neighbors = links.data(), *const charts = result_.chart_of.data();
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
+            // Among pixels adjacent in memory, `++pixel` does not have to wait until the link to the right is loaded.
             const std::int32_t first = pixel;
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
             for (std::int32_t p = first; p <= pixel; ++p, ++x)
@@ -186,7 +187,6 @@ private:
         const std::int32_t max_count = left_ + cap_x_ - x;  // of pixels that fit in the box from x to the right
         for (std::int32_t last = pixel;; last = right[last]) {
             for (charts[last] = current_, ++r.count; r.count < max_count; ++r.count) {
-                // Among pixels adjacent in memory, `++last` does not have to wait until the link to the right is loaded.
                 if (right[last] != last + 1 || charts[last + 1] != uncontested) break;
                 charts[++last] = current_;
             }

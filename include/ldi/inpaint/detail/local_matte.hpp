@@ -6,6 +6,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
@@ -63,11 +64,13 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 class local_matte {
 public:
     /// shares  H x W, known shares of the foreground, in the units of decided_depth::shares; may be empty
+    template <executor Executor = const serial_executor>
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
-                std::span<const std::uint8_t> shares = {})
-        : graph_(g), band_(band), shares_(shares) {
-        mixtures_.reserve(band.places().size());
-        for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
+                std::span<const std::uint8_t> shares = {}, Executor&& threads = {})
+        : graph_(g), band_(band), shares_(shares), mixtures_(band.places().size()) {
+        parallel_for(threads, mixtures_.size(), 512, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) mixtures_[i] = estimate(band.places()[i], colors);
+        });
     }
 
     const buffer<mixture>& mixtures() const { return mixtures_; }

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/level_map.hpp>
 #include <ldi/core/other_bytes.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
 #include <ldi/nn/ldi/convolution_planner.hpp>
@@ -13,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -32,30 +35,52 @@ struct farbrausch_level {
     buffer<std::int32_t> decoded_above;  ///< per read pixel: its parent's row among the next level's decoded pixels, or no_pixel
 };
 
+/// Plans a level's convolutions between this level and the next coarser one.
+///
+/// encode  set to the plan of the encoder's convolution, unless its kernel is 3 x 3: then level.average_coarse is this plan
+inline void plan_transition(convolution_planner& planner, const level_map& map, std::int32_t kernel, farbrausch_level& level,
+                            convolution_plan& encode) {
+    level.average_coarse = planner.plan(3, map);
+    if (kernel != 3) encode = planner.plan(kernel, map);
+    level.above = map.parent().copy();
+}
+
 /// Plans all levels, from the finest to the coarsest.
 ///
 /// finest   level 0, a graph or graph_view in canonical order
-/// kernels  sizes of the encoder's convolutions, one per level
+/// kernels  sizes of the encoder's convolutions, one per level, at least one
 /// wanted   one per pixel of `finest`, nonzero where the network's result is requested
-template <class Graph>
+template <class Graph, executor Executor = const serial_executor>
 buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const std::int32_t> kernels,
-                                         std::span<const std::uint8_t> wanted) {
+                                         std::span<const std::uint8_t> wanted, Executor&& threads = {}) {
     const std::size_t depth = kernels.size();
     buffer<farbrausch_level> levels(depth + 1);
     buffer<convolution_plan> encode(depth);
-    graph coarse;
-    for (std::size_t i = 0; i <= depth; ++i) {
-        farbrausch_level& level = levels[i];
-        level.pixel_count = i == 0 ? finest.size() : coarse.size();
-        convolution_planner planner = i == 0 ? convolution_planner(finest) : convolution_planner(coarse);
-        level.average = planner.plan(3);
-        if (i == depth) break;
-        coarsened next = i == 0 ? coarsen(finest) : coarsen(coarse);
-        level.average_coarse = planner.plan(3, next.map);
-        if (kernels[i] != 3) encode[i] = planner.plan(kernels[i], next.map);
-        level.above = next.map.parent().copy();
-        coarse = std::move(next.topology);
-    }
+    levels[0].pixel_count = finest.size();
+    std::optional<convolution_planner> planner;
+    coarsened second;
+    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
+        if (first == 0) levels[0].average = planner.emplace(finest).plan(3);
+        if (last == 2) second = coarsen(finest);
+    });
+    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
+        if (first == 0) {
+            plan_transition(*planner, second.map, kernels[0], levels[0], encode[0]);
+            planner.reset(), second.map = {};
+        }
+        if (last == 2) {
+            graph coarse = std::move(second.topology);
+            for (std::size_t i = 1; i <= depth; ++i) {
+                levels[i].pixel_count = coarse.size();
+                convolution_planner plans(coarse);
+                levels[i].average = plans.plan(3);
+                if (i == depth) break;
+                coarsened next = coarsen(coarse);
+                plan_transition(plans, next.map, kernels[i], levels[i], encode[i]);
+                coarse = std::move(next.topology);
+            }
+        }
+    });
 
     // Traces the decoder in reverse order, from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
