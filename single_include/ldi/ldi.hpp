@@ -840,6 +840,20 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
+namespace detail {
+
+/// Calls one() and other(), which must not depend on each other: at the same time if there are several threads, else in this
+/// order. Passes exceptions on like parallel_for().
+template <executor Executor, class One, class Other>
+void run_both(Executor& threads, One&& one, Other&& other) {
+    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
+        if (first == 0) one();
+        if (last == 2) other();
+    });
+}
+
+}  // namespace detail
+
 /// A pool with a fixed number of threads. The thread that calls run() also works. Not reentrant: a function that runs on the
 /// pool must not call run() of the same pool, which would deadlock; an assertion checks this.
 class thread_pool {
@@ -14000,28 +14014,25 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     levels[0].pixel_count = finest.size();
     std::optional<convolution_planner> planner;
     coarsened second;
-    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
-        if (first == 0) levels[0].average = planner.emplace(finest).plan(3);
-        if (last == 2) second = coarsen(finest);
-    });
-    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
-        if (first == 0) {
-            plan_transition(*planner, second.map, kernels[0], levels[0], encode[0]);
-            planner.reset(), second.map = {};
+    run_both(
+        threads, [&] { levels[0].average = planner.emplace(finest).plan(3); }, [&] { second = coarsen(finest); });
+    const auto finish_finest = [&] {
+        plan_transition(*planner, second.map, kernels[0], levels[0], encode[0]);
+        planner.reset(), second.map = {};
+    };
+    const auto plan_others = [&] {
+        graph coarse = std::move(second.topology);
+        for (std::size_t i = 1; i <= depth; ++i) {
+            levels[i].pixel_count = coarse.size();
+            convolution_planner plans(coarse);
+            levels[i].average = plans.plan(3);
+            if (i == depth) break;
+            coarsened next = coarsen(coarse);
+            plan_transition(plans, next.map, kernels[i], levels[i], encode[i]);
+            coarse = std::move(next.topology);
         }
-        if (last == 2) {
-            graph coarse = std::move(second.topology);
-            for (std::size_t i = 1; i <= depth; ++i) {
-                levels[i].pixel_count = coarse.size();
-                convolution_planner plans(coarse);
-                levels[i].average = plans.plan(3);
-                if (i == depth) break;
-                coarsened next = coarsen(coarse);
-                plan_transition(plans, next.map, kernels[i], levels[i], encode[i]);
-                coarse = std::move(next.topology);
-            }
-        }
-    });
+    };
+    run_both(threads, finish_finest, plan_others);
 
     // Traces the decoder in reverse order, from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
@@ -20324,10 +20335,9 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
     if (std::find(known.begin(), known.end(), std::uint8_t{0}) == known.end()) return;
     buffer<float> around;
     detail::texture_cells found;
-    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {  // the two do not depend on each other
-        if (first == 0) around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
-        if (last == 2) found = detail::find_texture_cells(g, known, options.reach, detail::texture_transfer::margin);
-    });
+    detail::run_both(
+        threads, [&] { around = detail::detail_around_unknown(layers, grain.limit, grain.rounds); },
+        [&] { found = detail::find_texture_cells(g, known, options.reach, detail::texture_transfer::margin); });
     const detail::texture_transfer transfer(g, std::move(found), layers.template column<color_column>(), options, threads);
     const detail::texture_cells& cells = transfer.cells();
     std::int32_t next = 0;
@@ -20548,15 +20558,20 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
 
 }}  // namespace ldi
 
-// ---- ldi/charts/detail/chart_grower.hpp
-// The growth of charts under the three constraints of charts/charts.hpp.
+// ---- ldi/charts/detail/contested_positions.hpp
+// Lattice positions whose pixels the constraints of charts/charts.hpp may exclude from a chart.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface;
-/// 0 elsewhere. In a photo, almost all values are 0. Around a position with value 0, all pixels within `range` rows and columns
-/// belong to one surface, so constraint 3 holds there.
-inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
+/// Maximum of chart_options::filter_range, in pixels.
+inline constexpr std::int32_t max_filter_range = 8;
+
+/// Returns H x W values, row-major: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of
+/// a surface; 0 elsewhere. In a photo, almost all values are 0. Around a position with value 0, all pixels within `range` rows
+/// and columns belong to one surface, so constraint 3 holds there.
+///
+/// range  1 to max_filter_range
+inline buffer<std::uint8_t> contested_positions(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
     const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
@@ -20577,19 +20592,12 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
-/// Estimates the total area of the bounding boxes, in pixels, after charts are divided so that no side exceeds `side`. The result
-/// is exact if no side exceeds this limit already. If the longer side L of a box exceeds the limit, multiplies the box's area by
-/// `side` / L: about L / `side` pieces cover a winding chart, and each piece's box has (`side` / L)^2 of the area.
-inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
-    std::int64_t area = 0;
-    for (const chart& c : charts.charts) {
-        const std::int64_t longest = (std::max)(c.width, c.height);
-        area += std::int64_t{c.width} * c.height * (std::min<std::int64_t>)(side, longest) / longest;
-    }
-    return area;
-}
+}}}  // namespace ldi::detail
 
-inline constexpr std::int32_t max_filter_range = 8;
+// ---- ldi/charts/detail/chart_grower.hpp
+// The growth of charts under the three constraints of charts/charts.hpp.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
 /// nearest contested pixel. `occupants_` stores for each lattice position the contested pixel that was accepted there last. If
@@ -20609,10 +20617,10 @@ public:
           cell_shift_(cell_shift(filter_range)),
           cell_columns_((g.width() >> cell_shift_) + 1),
           cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height() >> cell_shift_) + 1))) {
-        const buffer<std::uint8_t> near_other = positions_near_other_surfaces(g, filter_range);
+        const buffer<std::uint8_t> is_contested = contested_positions(g, filter_range);
         result_.chart_of.resize(g.size(), unset);
         for_each_run(g, [&](pixel_run run) {
-            const std::uint8_t* const row = near_other.data() + at(g.x()[run.first], g.y()[run.first]);
+            const std::uint8_t* const row = is_contested.data() + at(g.x()[run.first], g.y()[run.first]);
             std::int32_t* const marks = result_.chart_of.data() + run.first;
             for (std::int32_t i = 0; i < run.size(); ++i) marks[i] = row[i] == 0 ? uncontested : contested;
         });
@@ -20907,6 +20915,22 @@ struct chart_options {
     /// of that size may exceed any limit.
     std::int64_t max_area = std::int64_t{3} << 24;
 };
+
+namespace detail {
+
+/// Estimates the total area of the bounding boxes, in pixels, after charts are divided so that no side exceeds `side`. The result
+/// is exact if no side exceeds this limit already. If the longer side L of a box exceeds the limit, multiplies the box's area by
+/// `side` / L: about L / `side` pieces cover a winding chart, and each piece's box has (`side` / L)^2 of the area.
+inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
+    std::int64_t area = 0;
+    for (const chart& c : charts.charts) {
+        const std::int64_t longest = (std::max)(c.width, c.height);
+        area += std::int64_t{c.width} * c.height * (std::min<std::int64_t>)(side, longest) / longest;
+    }
+    return area;
+}
+
+}  // namespace detail
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
 /// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if `layers` is

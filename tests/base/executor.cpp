@@ -223,3 +223,23 @@ TEST_CASE("the caller receives one exception even if every call throws") {
     const auto body = [](std::size_t, std::size_t) { raise(error_code::invalid_data, "row", "numbers", "letters"); };
     for (int repeat = 0; repeat < 50; ++repeat) REQUIRE_THROWS_AS(parallel_for(pool, 100, 1, body), ldi::error);
 }
+
+TEST_CASE("run_both calls each function once: in order on one thread, otherwise on the caller's executor") {
+    std::string order;
+    const serial_executor serial;
+    detail::run_both(
+        serial, [&] { order += "one "; }, [&] { order += "other"; });
+    CHECK(order == "one other");
+    for (const std::size_t count : {2U, 5U}) {
+        callers_executor threads{count};
+        int one = 0, other = 0;
+        detail::run_both(
+            threads, [&] { ++one; }, [&] { ++other; });
+        CHECK(threads.calls == 2);
+        CHECK((one == 1 && other == 1));
+    }
+    thread_pool pool(2);
+    CHECK_THROWS_WITH(detail::run_both(
+                          pool, [] {}, [] { throw std::runtime_error("other"); }),
+                      "other");
+}

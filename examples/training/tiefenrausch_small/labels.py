@@ -99,7 +99,7 @@ def masked(disparity, salient, sky):
     low, high = np.percentile(disparity, (2, 98))
     result = moved_to_border((disparity - low) / max(high - low, 1e-6), salient > 127, OBJECT_BAND, OBJECT_STEP)
     is_sky = sky > 127
-    if (is_sky.mean() > MIN_SKY and is_sky[:3].mean() > MIN_SKY_ABOVE and not is_sky.all()
+    if (is_sky.mean() > MIN_SKY and is_sky[:3].mean() > MIN_SKY_ABOVE
             and np.median(result[is_sky]) <= np.percentile(result, FARTHEST_SKY)):
         result = moved_to_border(result, ~is_sky, SKY_BAND, 0.0)
     return result * max(high - low, 1e-6) + low

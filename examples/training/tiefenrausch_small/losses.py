@@ -9,7 +9,7 @@ SCALES = 4
 PAIR_DISTANCES = 3, 6  # in pixels, along x and along y
 MIN_PAIR_STEP = 0.08  # minimum step of the label between the pixels of a pair
 PAIR_MARGIN = 0.7  # share of the label's step that the result must reach
-PAIR_SHARPNESS = 20.0
+PAIR_SHARPNESS = 20.0  # the loss is rounded off within about 1 / PAIR_SHARPNESS of zero, in units of disparity
 
 
 def aligned_error(y, truth, known):

@@ -81,6 +81,20 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
+namespace detail {
+
+/// Calls one() and other(), which must not depend on each other: at the same time if there are several threads, else in this
+/// order. Passes exceptions on like parallel_for().
+template <executor Executor, class One, class Other>
+void run_both(Executor& threads, One&& one, Other&& other) {
+    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
+        if (first == 0) one();
+        if (last == 2) other();
+    });
+}
+
+}  // namespace detail
+
 /// A pool with a fixed number of threads. The thread that calls run() also works. Not reentrant: a function that runs on the
 /// pool must not call run() of the same pool, which would deadlock; an assertion checks this.
 class thread_pool {

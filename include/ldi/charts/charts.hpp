@@ -18,6 +18,7 @@
 #include <ldi/base/printable.hpp>
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/charts/detail/chart_grower.hpp>
+#include <ldi/charts/detail/contested_positions.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/core/validate.hpp>
@@ -45,6 +46,22 @@ struct chart_options {
     /// of that size may exceed any limit.
     std::int64_t max_area = std::int64_t{3} << 24;
 };
+
+namespace detail {
+
+/// Estimates the total area of the bounding boxes, in pixels, after charts are divided so that no side exceeds `side`. The result
+/// is exact if no side exceeds this limit already. If the longer side L of a box exceeds the limit, multiplies the box's area by
+/// `side` / L: about L / `side` pieces cover a winding chart, and each piece's box has (`side` / L)^2 of the area.
+inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
+    std::int64_t area = 0;
+    for (const chart& c : charts.charts) {
+        const std::int64_t longest = (std::max)(c.width, c.height);
+        area += std::int64_t{c.width} * c.height * (std::min<std::int64_t>)(side, longest) / longest;
+    }
+    return area;
+}
+
+}  // namespace detail
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
 /// invalid_option if an option is outside its range, invalid_data for a disparity that is not finite, mismatch if `layers` is

@@ -128,10 +128,9 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
     if (std::find(known.begin(), known.end(), std::uint8_t{0}) == known.end()) return;
     buffer<float> around;
     detail::texture_cells found;
-    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {  // the two do not depend on each other
-        if (first == 0) around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
-        if (last == 2) found = detail::find_texture_cells(g, known, options.reach, detail::texture_transfer::margin);
-    });
+    detail::run_both(
+        threads, [&] { around = detail::detail_around_unknown(layers, grain.limit, grain.rounds); },
+        [&] { found = detail::find_texture_cells(g, known, options.reach, detail::texture_transfer::margin); });
     const detail::texture_transfer transfer(g, std::move(found), layers.template column<color_column>(), options, threads);
     const detail::texture_cells& cells = transfer.cells();
     std::int32_t next = 0;

@@ -6,6 +6,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/chart_set.hpp>
+#include <ldi/charts/detail/contested_positions.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/runs.hpp>
 #include <ldi/core/surface.hpp>
@@ -19,44 +20,6 @@
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface;
-/// 0 elsewhere. In a photo, almost all values are 0. Around a position with value 0, all pixels within `range` rows and columns
-/// belong to one surface, so constraint 3 holds there.
-inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
-    constexpr std::uint8_t taken = 1, contested = 2;
-    buffer<std::uint8_t> positions(g.position_count(), 0);
-    const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        const std::int32_t x = g.x()[i], y = g.y()[i];
-        std::uint8_t& here = row_of(y)[x];
-        here |= (here & taken) == 0 ? taken : contested;
-        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if any link is no_pixel
-        const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
-                          (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
-        if (!ends) continue;
-        const std::int32_t left = std::max<std::int32_t>(x - range, 0), right = std::min<std::int32_t>(x + range, g.width() - 1);
-        const std::int32_t last = std::min<std::int32_t>(y + range, g.height() - 1);
-        for (std::int32_t v = std::max<std::int32_t>(y - range, 0); v <= last; ++v)
-            for (std::int32_t u = left; u <= right; ++u) row_of(v)[u] |= contested;
-    }
-    for (std::uint8_t& p : positions) p = static_cast<std::uint8_t>(p >> 1);
-    return positions;
-}
-
-/// Estimates the total area of the bounding boxes, in pixels, after charts are divided so that no side exceeds `side`. The result
-/// is exact if no side exceeds this limit already. If the longer side L of a box exceeds the limit, multiplies the box's area by
-/// `side` / L: about L / `side` pieces cover a winding chart, and each piece's box has (`side` / L)^2 of the area.
-inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
-    std::int64_t area = 0;
-    for (const chart& c : charts.charts) {
-        const std::int64_t longest = (std::max)(c.width, c.height);
-        area += std::int64_t{c.width} * c.height * (std::min<std::int64_t>)(side, longest) / longest;
-    }
-    return area;
-}
-
-inline constexpr std::int32_t max_filter_range = 8;
 
 /// Grows charts one after the other. Two steps alternate: accept all reachable pixels that are not near another surface, then the
 /// nearest contested pixel. `occupants_` stores for each lattice position the contested pixel that was accepted there last. If
@@ -76,10 +39,10 @@ public:
           cell_shift_(cell_shift(filter_range)),
           cell_columns_((g.width() >> cell_shift_) + 1),
           cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height() >> cell_shift_) + 1))) {
-        const buffer<std::uint8_t> near_other = positions_near_other_surfaces(g, filter_range);
+        const buffer<std::uint8_t> is_contested = contested_positions(g, filter_range);
         result_.chart_of.resize(g.size(), unset);
         for_each_run(g, [&](pixel_run run) {
-            const std::uint8_t* const row = near_other.data() + at(g.x()[run.first], g.y()[run.first]);
+            const std::uint8_t* const row = is_contested.data() + at(g.x()[run.first], g.y()[run.first]);
             std::int32_t* const marks = result_.chart_of.data() + run.first;
             for (std::int32_t i = 0; i < run.size(); ++i) marks[i] = row[i] == 0 ? uncontested : contested;
         });

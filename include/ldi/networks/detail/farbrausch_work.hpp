@@ -59,28 +59,25 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     levels[0].pixel_count = finest.size();
     std::optional<convolution_planner> planner;
     coarsened second;
-    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
-        if (first == 0) levels[0].average = planner.emplace(finest).plan(3);
-        if (last == 2) second = coarsen(finest);
-    });
-    parallel_for(threads, 2, 1, [&](std::size_t first, std::size_t last) {
-        if (first == 0) {
-            plan_transition(*planner, second.map, kernels[0], levels[0], encode[0]);
-            planner.reset(), second.map = {};
+    run_both(
+        threads, [&] { levels[0].average = planner.emplace(finest).plan(3); }, [&] { second = coarsen(finest); });
+    const auto finish_finest = [&] {
+        plan_transition(*planner, second.map, kernels[0], levels[0], encode[0]);
+        planner.reset(), second.map = {};
+    };
+    const auto plan_others = [&] {
+        graph coarse = std::move(second.topology);
+        for (std::size_t i = 1; i <= depth; ++i) {
+            levels[i].pixel_count = coarse.size();
+            convolution_planner plans(coarse);
+            levels[i].average = plans.plan(3);
+            if (i == depth) break;
+            coarsened next = coarsen(coarse);
+            plan_transition(plans, next.map, kernels[i], levels[i], encode[i]);
+            coarse = std::move(next.topology);
         }
-        if (last == 2) {
-            graph coarse = std::move(second.topology);
-            for (std::size_t i = 1; i <= depth; ++i) {
-                levels[i].pixel_count = coarse.size();
-                convolution_planner plans(coarse);
-                levels[i].average = plans.plan(3);
-                if (i == depth) break;
-                coarsened next = coarsen(coarse);
-                plan_transition(plans, next.map, kernels[i], levels[i], encode[i]);
-                coarse = std::move(next.topology);
-            }
-        }
-    });
+    };
+    run_both(threads, finish_finest, plan_others);
 
     // Traces the decoder in reverse order, from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
