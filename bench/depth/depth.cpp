@@ -5,6 +5,7 @@
 #include "bench/support/sample.hpp"
 
 #include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/flakes.hpp>
 #include <ldi/depth/level_dips.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
@@ -57,6 +58,10 @@ const bool registered = [] {
     add_stage("depth/find_step_band", filtered,
               [](const ldi::image<float>& map) { return ldi::find_step_band(map).region.count(); });
     add_change("depth/merge_middle_components", [](ldi::image<float>& map) { return ldi::merge_middle_components(map); });
+    add_change("depth/merge_flakes", [](ldi::image<float>& map) {
+        static const ldi::image<std::uint8_t> undecided(map.height(), map.width(), 1, std::uint8_t{0});
+        return ldi::merge_flakes(map, undecided);
+    });
     add_change("depth/align_silhouettes", [](ldi::image<float>& map) {
         ldi::alignment_options options;  // lengths for an estimate at a quarter of the photo's resolution
         options.uncertainty *= 4, options.min_length *= 4;

@@ -2,6 +2,7 @@
 // the true depth, and without depth.
 #pragma once
 
+#include "converter.hpp"
 #include "depth_metrics.hpp"
 #include "metrics.hpp"
 #include "picture_quality.hpp"
@@ -50,7 +51,7 @@ inline ldi::image<float> aligned_estimate(const ldi::image<float>& estimate, con
 }
 
 template <ldi::executor Executor>
-estimated_view measure_estimated_view(const subject& s, const std::vector<named_network>& networks,
+estimated_view measure_estimated_view(const subject& s, const std::vector<named_network>& networks, const converter& convert,
                                       const ldi::farbrausch& inpainter, const lpips_network& perceived,
                                       const std::filesystem::path& folder, Executor& threads) {
     ldi::raster_options raster;
@@ -60,7 +61,7 @@ estimated_view measure_estimated_view(const subject& s, const std::vector<named_
     estimated_view result{s.name, {}};
     const auto add = [&](const std::string& name, const ldi::image<float>& inverse_depth) {
         const ldi::photo3d made =
-            ldi::make_photo3d(s.photo, ldi::given_disparity{inverse_depth}, inpainter, true_depth_options(s, needed), threads);
+            convert(s.photo, ldi::given_disparity{inverse_depth}, inpainter, true_depth_options(s, needed), threads);
         const picture seen = ldi::rasterize(made.mesh, made.atlas.color, s.other, raster, threads).color;
         result.whole.push_back(measure(seen, s.seen, frame, perceived));
         ldi::save_png(folder / ("estimated_" + s.name + "_" + name + ".png"), seen);

@@ -1,6 +1,7 @@
 // Prints the holes in 3D photos of ordinary photographs, from 104 positions at and inside the limits of the camera's motion. Run
 // by bench/quality/run.sh --only holes.
 #include "holes.hpp"
+#include "converter.hpp"
 
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/photo.hpp>
@@ -50,20 +51,20 @@ picture crop_of(const ldi::photo3d& made, const ldi::view& from, const hole& h) 
 }
 
 /// Converts a photo with the depth map beside it, such as NAME_depth.png, or with the network's depth.
-ldi::photo3d make(const std::filesystem::path& file, const ldi::tiefenrausch& network, const ldi::farbrausch& inpainter,
-                  const ldi::photo3d_options& options, ldi::thread_pool& threads) {
+ldi::photo3d make(const std::filesystem::path& file, const ldi::tiefenrausch& network, const converter& convert,
+                  const ldi::farbrausch& inpainter, const ldi::photo3d_options& options, ldi::thread_pool& threads) {
     const picture photo = ldi::load_photo(file).color;
     for (const char* const ending : {"_depth.png", "_depth.npy", "_depth.pfm"}) {
         const std::filesystem::path depth = file.parent_path() / (file.stem().string() + ending);
         if (!std::filesystem::exists(depth)) continue;
         ldi::photo3d_options without_unit = options;
         without_unit.normalize.is_inverse_depth = false;
-        return ldi::make_photo3d(photo, ldi::given_disparity{ldi::load_depth_map(depth)}, inpainter, without_unit, threads);
+        return convert(photo, ldi::given_disparity{ldi::load_depth_map(depth)}, inpainter, without_unit, threads);
     }
-    return ldi::make_photo3d(photo, network, inpainter, options, threads);
+    return convert(photo, network, inpainter, options, threads);
 }
 
-void run(const arguments& a) {
+void run(const arguments& a, const converter& convert) {
     const ldi::tiefenrausch network = ldi::load_depth_network(a.models / "tiefenrausch_small.safetensors");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(a.models / "farbrausch.safetensors");
     ldi::thread_pool threads;
@@ -80,7 +81,7 @@ void run(const arguments& a) {
     std::int64_t largest = 0, most = 0;
     for (const std::filesystem::path& file : photos) {
         const auto start = std::chrono::steady_clock::now();
-        const ldi::photo3d made = make(file, network, inpainter, options, threads);
+        const ldi::photo3d made = make(file, network, convert, inpainter, options, threads);
         const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
         const hole_report r = count_holes(made.mesh, made.facts, a.picture_side, threads);
         const std::int64_t largest_here = r.holes.empty() ? 0 : r.holes.front().pixels;
@@ -112,6 +113,7 @@ int main(int count, char** values) {
     CLI::App app("Counts the holes of 3D photos from positions at and inside the limits of the camera's motion.");
     arguments a;
     app.add_option("photos", a.photos, "photographs; default: forty of ../shared/photos");
+    const silhouette_option silhouettes(app);
     app.add_option("--crops", a.crops, "folder for pictures of the largest holes, enlarged four times");
     app.add_option("--most-crops", a.max_crops, "maximum number of crops per photo")->capture_default_str();
     app.add_option("--side", a.picture_side, "long side of the pictures that are counted, in pixels")->capture_default_str();
@@ -124,7 +126,7 @@ int main(int count, char** values) {
     CLI11_PARSE(app, count, values);
     try {
         if (!a.crops.empty()) std::filesystem::create_directories(a.crops);
-        run(a);
+        run(a, converter(silhouettes.load()));
     } catch (const std::exception& e) {
         std::fprintf(stderr, "ldi_quality_holes: %s\n", e.what());
         return 1;

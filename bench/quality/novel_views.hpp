@@ -1,6 +1,7 @@
 // Novel views: 3D photos from photo and true depth, compared with another photograph from its viewpoint.
 #pragma once
 
+#include "converter.hpp"
 #include "degraded_depth.hpp"
 #include "extremes.hpp"
 #include "metrics.hpp"
@@ -38,12 +39,12 @@ struct novel_view {
 };
 
 template <ldi::executor Executor>
-novel_view measure_novel_view(const subject& s, const ldi::farbrausch& network, const lpips_network& perceived,
-                              const std::filesystem::path& folder, Executor& threads) {
+novel_view measure_novel_view(const subject& s, const converter& convert, const ldi::farbrausch& network,
+                              const lpips_network& perceived, const std::filesystem::path& folder, Executor& threads) {
     ldi::raster_options raster;
     raster.z_near = 1e-3F;
     const auto make = [&](const ldi::image<float>& depth, const auto& inpainter, const ldi::photo3d_options& options) {
-        return ldi::make_photo3d(s.photo, ldi::given_disparity{depth}, inpainter, options, threads);
+        return convert(s.photo, ldi::given_disparity{depth}, inpainter, options, threads);
     };
     const auto render = [&](const auto& inpainter, int iterations) {
         const ldi::photo3d made = make(s.inverse_depth, inpainter, true_depth_options(s, iterations));

@@ -1,6 +1,7 @@
 // Ordinary photographs without known depth: the share of hidden pixels, and a strip of pictures of each for inspection.
 #pragma once
 
+#include "converter.hpp"
 #include "estimated_views.hpp"
 #include "holes.hpp"
 #include "metrics.hpp"
@@ -56,7 +57,8 @@ picture side_by_side(const std::vector<picture>& pictures, std::size_t rows, Exe
 /// share of closed discontinuities. Writes a strip for every photograph: the photo, the depth of each network, and the last
 /// network's 3D photo from the right.
 template <ldi::executor Executor>
-void print_photographs(const std::vector<named_network>& networks, const std::filesystem::path& folder, Executor& threads) {
+void print_photographs(const std::vector<named_network>& networks, const converter& convert, const std::filesystem::path& folder,
+                       Executor& threads) {
     const std::vector<std::filesystem::path> files = ordinary_photographs();
     if (files.empty()) return;
     ldi::photo3d_options options;
@@ -66,7 +68,7 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
         const picture photo = ldi::load_photo(file).color;
         std::vector<picture> strip{photo};
         for (std::size_t i = 0; i < networks.size(); ++i) {
-            const ldi::photo3d made = ldi::make_photo3d(photo, networks[i].second, ldi::diffusion_inpainter(), options, threads);
+            const ldi::photo3d made = convert(photo, networks[i].second, ldi::diffusion_inpainter(), options, threads);
             const double seen = static_cast<double>(made.photo.size()) / 3;
             hidden[i].push_back(static_cast<double>(made.layers.size()) / seen - 1);
             closed[i].push_back(share_closed(made.photo, made.disparity, made.curves, options.surface));

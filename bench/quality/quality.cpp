@@ -1,4 +1,5 @@
 // Prints the quality of 3D photos as Markdown, and a last line with the main figures. Run by bench/quality/run.sh.
+#include "converter.hpp"
 #include "depth.hpp"
 #include "estimated_views.hpp"
 #include "inpainting.hpp"
@@ -39,11 +40,11 @@ std::string training_of(const std::filesystem::path& file) {
     return "trained for " + text["steps"].dump() + " steps, " + text["processor_hours"].dump() + " hours of one processor";
 }
 
-void run(const arguments& a) {
+void run(const arguments& a, const converter& convert) {
     const ldi::farbrausch network =
         ldi::load_farbrausch(a.inpainting_model, a.int8 ? ldi::arithmetic::int8 : ldi::arithmetic::float32);
     std::printf("Farbrausch: %s, %s\n", a.inpainting_model.filename().string().c_str(), training_of(a.inpainting_model).c_str());
-    if (a.sizes) print_sizes(network);
+    if (a.sizes) print_sizes(convert, network);
     lpips_network perceived;
     if (a.lpips.empty())
         std::printf("LPIPS is not measured (nan), because --lpips names no weights\n");
@@ -58,15 +59,15 @@ void run(const arguments& a) {
         std::vector<estimated_view> views;
         std::vector<silhouette_row> silhouettes;
         for (const subject& s : pairs) {
-            views.push_back(measure_estimated_view(s, networks, network, perceived, a.pictures, threads));
+            views.push_back(measure_estimated_view(s, networks, convert, network, perceived, a.pictures, threads));
             for (const auto& [name, depth] : networks)
                 silhouettes.push_back(
                     measure_silhouettes(s, name, aligned_estimate(depth.disparity(s.photo, {}, threads), s.inverse_depth),
-                                        nullptr, a.pictures, threads));
+                                        convert, a.pictures, threads));
         }
         if (!views.empty())
             print_estimated_views(networks, views), print_silhouettes("stereo pairs, estimated depth", silhouettes);
-        print_photographs(networks, a.pictures, threads);
+        print_photographs(networks, convert, a.pictures, threads);
     }
     if (!a.views) return;
 
@@ -80,8 +81,8 @@ void run(const arguments& a) {
         std::vector<inpainting_result> inpainting;
         std::vector<silhouette_row> silhouettes;
         for (const subject& s : *subjects) {
-            views.push_back(measure_novel_view(s, network, perceived, a.pictures, threads));
-            measure_silhouettes(silhouettes, s, {}, nullptr, a.pictures, threads);
+            views.push_back(measure_novel_view(s, convert, network, perceived, a.pictures, threads));
+            measure_silhouettes(silhouettes, s, {}, convert, a.pictures, threads);
             const float longer = static_cast<float>(std::max(s.camera.width, s.camera.height));
             for (const float side : {1.0F, -1.0F}) {
                 const inpainting_result r = measure_inpainting(s, side * 0.08F * longer, network, perceived, a.pictures, threads);
@@ -120,9 +121,10 @@ int main(int count, char** values) {
     app.add_flag("!--no-depth", a.depth, "skip the depth networks");
     app.add_flag("--each-depth", a.each_depth, "also print the depth networks' figures for every photograph");
     app.add_flag("!--no-sizes", a.sizes, "skip sizes and times");
+    const silhouette_option silhouettes(app);
     CLI11_PARSE(app, count, values);
     try {
-        run(a);
+        run(a, converter(silhouettes.load()));
     } catch (const std::exception& e) {
         std::fprintf(stderr, "ldi_quality: %s\n", e.what());
         return 1;

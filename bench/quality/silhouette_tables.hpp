@@ -2,6 +2,7 @@
 // stretched texture across silhouettes, rims beside them, and closed discontinuities.
 #pragma once
 
+#include "converter.hpp"
 #include "degraded_depth.hpp"
 #include "halo.hpp"
 #include "silhouettes.hpp"
@@ -10,10 +11,8 @@
 #include "true_silhouettes.hpp"
 #include "views.hpp"
 
-#include <ldi/depth/network_decider.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/picture.hpp>
-#include <ldi/networks/silhouettes.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/rasterizer.hpp>
 
@@ -65,12 +64,10 @@ inline picture marked(picture photo, const std::vector<true_side>& truth, const 
 ///
 /// depth          name of the depth: "true", "degraded" or that of a network
 /// inverse_depth  h x w x 1 of any size
-/// network        network that decides silhouettes, or nullptr
 /// folder         folder for pictures
 template <ldi::executor Executor>
 silhouette_row measure_silhouettes(const subject& s, const std::string& depth, const ldi::image<float>& inverse_depth,
-                                   const ldi::silhouette_network* network, const std::filesystem::path& folder,
-                                   Executor& threads) {
+                                   const converter& convert, const std::filesystem::path& folder, Executor& threads) {
     const std::vector<true_side> truth = true_silhouettes(s.photo, s.inverse_depth, s.known);
     const mask frame = frame_of(s);
     const auto in_frame = [&](mask m) {
@@ -80,11 +77,9 @@ silhouette_row measure_silhouettes(const subject& s, const std::string& depth, c
     const mask band = in_frame(silhouette_band(s, truth));
     ldi::raster_options raster;
     raster.z_near = 1e-3F;
-    ldi::photo3d_options options = true_depth_options(s, static_cast<int>(std::ceil(s.parallax())) + 2);
-    if (network != nullptr) options.level = ldi::level_options();
+    const ldi::photo3d_options options = true_depth_options(s, static_cast<int>(std::ceil(s.parallax())) + 2);
 
-    const ldi::photo3d made = ldi::make_photo3d(s.photo, ldi::given_disparity{inverse_depth}, ldi::network_decider(network),
-                                                ldi::diffusion_inpainter(), options, threads);
+    const ldi::photo3d made = convert(s.photo, ldi::given_disparity{inverse_depth}, ldi::diffusion_inpainter(), options, threads);
     const picture seen = ldi::rasterize(made.mesh, made.atlas.color, s.other, raster, threads).color;
     const std::vector<side_middle> ours = sides_of(made.curves, static_cast<std::int32_t>(s.photo.width()));
     const mask stretched = in_frame(shown_triangles(made.mesh, spanning_triangles(made.mesh, s, truth), s.other, threads));
@@ -102,10 +97,10 @@ silhouette_row measure_silhouettes(const subject& s, const std::string& depth, c
 
 /// Measures with true depth and with degraded depth.
 template <ldi::executor Executor>
-void measure_silhouettes(std::vector<silhouette_row>& rows, const subject& s, const degradation& how,
-                         const ldi::silhouette_network* network, const std::filesystem::path& folder, Executor& threads) {
-    rows.push_back(measure_silhouettes(s, "true", s.inverse_depth, network, folder, threads));
-    rows.push_back(measure_silhouettes(s, "degraded", degraded(s.inverse_depth, how), network, folder, threads));
+void measure_silhouettes(std::vector<silhouette_row>& rows, const subject& s, const degradation& how, const converter& convert,
+                         const std::filesystem::path& folder, Executor& threads) {
+    rows.push_back(measure_silhouettes(s, "true", s.inverse_depth, convert, folder, threads));
+    rows.push_back(measure_silhouettes(s, "degraded", degraded(s.inverse_depth, how), convert, folder, threads));
 }
 
 /// Means over the rows with this depth; unmeasured values do not count.

@@ -19,13 +19,13 @@ namespace {
 
 using namespace ldi_quality;
 
-void run(const std::filesystem::path& pictures, bool scenes_too, const degradation& how, const ldi::silhouette_network* network,
+void run(const std::filesystem::path& pictures, bool scenes_too, const degradation& how, const converter& convert,
          ldi::thread_pool& threads) {
     std::vector<silhouette_row> all;
     const auto measure_all = [&](const char* title, const std::vector<subject>& subjects) {
         if (subjects.empty()) return;
         std::vector<silhouette_row> rows;
-        for (const subject& s : subjects) measure_silhouettes(rows, s, how, network, pictures, threads);
+        for (const subject& s : subjects) measure_silhouettes(rows, s, how, convert, pictures, threads);
         print_silhouettes(title, rows);
         all.insert(all.end(), rows.begin(), rows.end());
     };
@@ -53,19 +53,16 @@ int main(int count, char** values) {
     app.add_option("--before", of_photographs.before, "folder of an earlier run's worst_places: writes both side by side");
     app.add_option("--sigma", how.sigma, "blur of the degraded depth, in samples of 384")->capture_default_str();
     app.add_option("--shift", how.shift, "shift of the degraded depth to the right and down, in samples")->capture_default_str();
-    std::string model;
-    app.add_option("--silhouette-model", model,
-                   "weights of the network that decides silhouettes; \"none\": align silhouettes, without a network");
+    const silhouette_option silhouettes(app);
     CLI11_PARSE(app, count, values);
     try {
         ldi::thread_pool threads;
-        std::optional<ldi::silhouette_network> network;
-        if (!model.empty() && model != "none") network = ldi::load_silhouettes(model);
+        const converter convert(silhouettes.load());
         std::filesystem::create_directories(pictures);
-        if (pairs) run(pictures, scenes, how, network ? &*network : nullptr, threads);
+        if (pairs) run(pictures, scenes, how, convert, threads);
         const std::filesystem::path models = LDI_SOURCE_DIR "/examples/models";
         if (photographs)
-            measure_photographs(ldi::load_depth_network(models / "tiefenrausch_small.safetensors"), network ? &*network : nullptr,
+            measure_photographs(ldi::load_depth_network(models / "tiefenrausch_small.safetensors"), convert,
                                 ldi::load_farbrausch(models / "farbrausch.safetensors"), pictures, of_photographs, threads);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "ldi_quality_silhouettes: %s\n", e.what());

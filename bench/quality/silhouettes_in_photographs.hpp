@@ -2,13 +2,12 @@
 #pragma once
 
 #include "beside_silhouettes.hpp"
+#include "converter.hpp"
 #include "holes.hpp"
 
-#include <ldi/depth/network_decider.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
 #include <ldi/networks/farbrausch.hpp>
-#include <ldi/networks/silhouettes.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>
 
@@ -77,9 +76,8 @@ struct photograph_options {
 /// Prints the table, and writes worst_places.png and worst_places.txt to `folder`. With `before`, also writes
 /// worst_places_before_and_after.png.
 template <ldi::executor Executor>
-void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette_network* silhouettes,
-                         const ldi::farbrausch& inpainter, const std::filesystem::path& folder, const photograph_options& options,
-                         Executor& threads) {
+void measure_photographs(const ldi::tiefenrausch& network, const converter& convert, const ldi::farbrausch& inpainter,
+                         const std::filesystem::path& folder, const photograph_options& options, Executor& threads) {
     const std::vector<std::filesystem::path> files = forty_photographs();
     if (files.empty()) return;
     const std::vector<bad_place> earlier = options.before.empty() ? std::vector<bad_place>() : read_places(options.before);
@@ -89,7 +87,6 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette
     double band = 0, of_neither = 0;
     ldi::photo3d_options of_photos;
     of_photos.frame = ldi::photo_frame::crop;  // so that the layers have the photo's size
-    if (silhouettes != nullptr) of_photos.level = ldi::level_options();
     std::size_t views_with_holes = 0;
     std::printf(
         "\n### Silhouettes: %zu photographs without true depth\n\n| photo | islands | charts | layers | fits neither surface "
@@ -97,8 +94,7 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette
         files.size());
     for (const std::filesystem::path& file : files) {
         const std::string name = file.stem().string();
-        const ldi::photo3d made = ldi::make_photo3d(ldi::load_photo(file).color, network, ldi::network_decider(silhouettes),
-                                                    inpainter, of_photos, threads);
+        const ldi::photo3d made = convert(ldi::load_photo(file).color, network, inpainter, of_photos, threads);
         const silhouette_faults f = find_faults(made, name, threads);
         const std::size_t holes = options.counts_holes ? count_holes(made.mesh, made.facts, 1000, threads).views_with_holes : 0;
         islands.push_back(static_cast<double>(f.islands)), charts.push_back(static_cast<double>(f.charts));

@@ -1,6 +1,8 @@
 // Cost of a 3D photo: bytes and triangles of the result, time and memory of the conversion.
 #pragma once
 
+#include "converter.hpp"
+
 #include <examples/photo3d/report.hpp>
 
 #include <ldi/formats/glb.hpp>
@@ -79,23 +81,24 @@ inline std::vector<sized_photo> sized_photos() {
 }
 
 template <ldi::color_inpainter Inpainter>
-ldi::photo3d convert(const sized_photo& p, const Inpainter& inpainter, const ldi::progress_listener& progress) {
+ldi::photo3d convert(const sized_photo& p, const converter& convert_photo, const Inpainter& inpainter,
+                     const ldi::progress_listener& progress) {
     const ldi::serial_executor one_thread;
     const ldi::image<std::uint8_t> photo = ldi::load_photo(p.photo).color;
     ldi::photo3d_options options;
     options.progress = progress;
     if (p.depth.empty()) {
         const ldi::tiefenrausch network = ldi::load_tiefenrausch(std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model");
-        return ldi::make_photo3d(photo, network, inpainter, options, one_thread);
+        return convert_photo(photo, network, inpainter, options, one_thread);
     }
     options.normalize.is_inverse_depth = false;
     const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(p.depth))};
-    return ldi::make_photo3d(photo, depth, inpainter, options, one_thread);
+    return convert_photo(photo, depth, inpainter, options, one_thread);
 }
 
 /// Requires a fresh process: memory is measured only while freed memory returns to the system.
 template <ldi::color_inpainter Inpainter>
-void print_sizes(const Inpainter& inpainter) {
+void print_sizes(const converter& convert_photo, const Inpainter& inpainter) {
     const std::vector<sized_photo> photos = sized_photos();
     std::printf(
         "\n### Size\n\n| photo | size | GLB, kB | texture, kB | triangles | charts | atlas | filled |\n"
@@ -104,7 +107,7 @@ void print_sizes(const Inpainter& inpainter) {
     // Measures time and memory of one photo at 1152 x 1536: the first phone photo, else the sample.
     const sized_photo& measured = photos[std::min<std::size_t>(1, photos.size() - 1)];
     for (const sized_photo& p : photos) {
-        const ldi::photo3d made = convert(p, inpainter, (&p == &measured ? memory : not_asked_for).listener());
+        const ldi::photo3d made = convert(p, convert_photo, inpainter, (&p == &measured ? memory : not_asked_for).listener());
         const std::vector<std::byte> jpeg = ldi::encode_jpeg(made.atlas.color, 85);
         ldi::glb_options options;
         options.camera = made.facts.camera;
@@ -122,7 +125,7 @@ void print_sizes(const Inpainter& inpainter) {
     std::vector<std::string> order;
     for (int round = 0; round < 9; ++round) {
         ldi::examples::stage_clock clock(true);
-        convert(measured, inpainter, clock.listener());
+        convert(measured, convert_photo, inpainter, clock.listener());
         clock.finish();
         for (const ldi::examples::stage_time& time : clock.stages()) {
             if (times.count(time.stage) == 0) order.push_back(time.stage);

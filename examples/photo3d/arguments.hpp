@@ -51,7 +51,8 @@ struct arguments {
     }
 };
 
-inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors";
+inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors",
+                            *silhouette_weights = "silhouettes.safetensors";
 
 /// Checks before the conversion that the weight files named by options exist. Raises file_access.
 inline void check_weights(const arguments& a) {
@@ -72,10 +73,12 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
     const bool needs_depth = a.depth.empty() && a.depth_model.empty();
     const bool needs_inpainting = a.inpaint != "diffusion" && a.inpainting_model.empty();
     if (a.inpaint == "diffusion") a.inpainting_model.clear();
+    const bool needs_silhouettes = !a.is_paper && a.silhouette_model.empty();
     if (a.silhouette_model == "none") a.silhouette_model.clear();
     check_weights(a);
-    if (!needs_depth && !needs_inpainting) return;
+    if (!needs_depth && !needs_inpainting && !needs_silhouettes) return;
     const model_folders folders(data);
+    if (needs_silhouettes) a.silhouette_model = folders.find(silhouette_weights).value_or("");
     const auto missing = [&](const char* network, const char* options, const char* file) {
         raise(error_code::invalid_option, network, std::string(options) + ", or " + file + " in " + folders.text(),
               "none of these");

@@ -286,7 +286,7 @@ inline void batch::convert(batch_job& job, const memory& memory) {
     clock.begin("reading photo");
     photo_with_depth input = decode_input(arguments_, names, job.photo, job.map, networks_, self);
     const memory_scope scope(memory);
-    const photo3d made = examples::convert(arguments_, input, networks_, clock, self);
+    const converted_photo made = examples::convert(arguments_, input, networks_, clock, self);
     const photo_texture texture = texture_of(made, input, arguments_, self);
     const encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);
     const nlohmann::ordered_json report = report_on(made, encoded, input, arguments_, clock);

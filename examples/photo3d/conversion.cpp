@@ -70,8 +70,8 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
     return input;
 }
 
-photo3d convert(const arguments& a, photo_with_depth& input, const networks& loaded, stage_clock& clock,
-                thread_pool& threads) try {
+converted_photo convert(const arguments& a, photo_with_depth& input, const networks& loaded, stage_clock& clock,
+                        thread_pool& threads) try {
     photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
     image<std::uint8_t>& photo = input.photo.color;
@@ -81,9 +81,10 @@ photo3d convert(const arguments& a, photo_with_depth& input, const networks& loa
             input.depth ? clean_depth(photo, given_disparity{std::move(input.depth->disparity)}, silhouettes, options, threads)
                         : clean_depth(photo, loaded.depth.read(), silhouettes, options, threads);
         if (!needs_sheets(photo, a.long_side, a.geometry_side)) photo = {};  // a phone's photo needs as much memory as all layers
-        return make_photo3d(std::move(cleaned), photo_columns<>(), inpainter, options, threads);
+        const bool is_decided = !cleaned.shares.empty();
+        return converted_photo{make_photo3d(std::move(cleaned), photo_columns<>(), inpainter, options, threads), is_decided};
     };
-    photo3d made = loaded.inpainting ? with(*loaded.inpainting) : with(diffusion_inpainter());
+    converted_photo made = loaded.inpainting ? with(*loaded.inpainting) : with(diffusion_inpainter());
     made.facts.motion = std::min(made.facts.motion, a.motion);  // --preset paper grows surfaces independently of --motion
     return made;
 } catch (const error& failed) {  // the stages do not know the name of the depth map
@@ -147,11 +148,11 @@ void check_names(const photo_files& names, const arguments& a, output_files& fil
     if (!names.report.empty()) files.claim(names.report, true);
 }
 
-nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo3d& encoded, const photo_with_depth& input,
+nlohmann::ordered_json report_on(const converted_photo& made, const encoded_photo3d& encoded, const photo_with_depth& input,
                                  const arguments& a, const stage_clock& clock) {
     const std::string depth = input.depth ? input.depth->source : a.depth_model.string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
-    const std::string silhouettes = a.silhouette_model.empty() ? "alignment" : a.silhouette_model.string();
+    const std::string silhouettes = made.is_decided_by_network ? a.silhouette_model.string() : "alignment";
     nlohmann::ordered_json report =
         make_report(made, clock, depth, silhouettes, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
     report["notes"] = notes_on(made, report["hidden_pixels"], a, depth, input.refused);

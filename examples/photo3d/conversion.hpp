@@ -96,10 +96,16 @@ map_content read_map(const photo_files& names, Read&& read) {
 photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
                               const map_content& map, const networks& loaded, thread_pool& threads);
 
+/// A 3D photo, and the method that decided its silhouettes.
+struct converted_photo : photo3d {
+    bool is_decided_by_network = false;  ///< false: aligned_silhouettes
+};
+
 /// Converts a photo. Raises the errors of make_photo3d().
 ///
 /// input  result of decode_input(). Loses its depth map, and its colors unless texture_of() draws sheets from them
-photo3d convert(const arguments& a, photo_with_depth& input, const networks& loaded, stage_clock& clock, thread_pool& threads);
+converted_photo convert(const arguments& a, photo_with_depth& input, const networks& loaded, stage_clock& clock,
+                        thread_pool& threads);
 
 /// Encoded files of a 3D photo.
 struct encoded_photo3d {
@@ -128,7 +134,7 @@ void name_outputs(photo_files& names, const std::filesystem::path& viewer);
 void check_names(const photo_files& names, const arguments& a, output_files& files);
 
 /// Collects the figures of a converted photo, and notes on it.
-nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo3d& encoded, const photo_with_depth& input,
+nlohmann::ordered_json report_on(const converted_photo& made, const encoded_photo3d& encoded, const photo_with_depth& input,
                                  const arguments& a, const stage_clock& clock);
 
 inline std::string title_of(const photo_files& names) {

@@ -156,7 +156,9 @@ inline void describe_look(CLI::App& app, arguments& a) {
     app.add_option(
            "--silhouette-model", a.silhouette_model,
            "weights (safetensors) of the network that decides which pixels beside a silhouette belong to the surface in front; "
-           "none, the default: silhouettes are moved onto edges of the photo instead")
+           "default: see below; none: silhouettes are moved onto edges of the photo instead, as they are for a depth map as fine "
+           "as "
+           "the photo")
         ->type_name("FILE")
         ->check(named());
     app.add_option("--inpaint", a.inpaint,
@@ -240,8 +242,8 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.set_help_flag();  // describe_program() adds it at the end
     app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
     app.footer(std::string("Unless an option names weights, photo3d looks for them in the folder named by ") +
-               model_folders::variable + ", then in " + shown_place(data / "models") + ": " + depth_weights + " and " +
-               inpainting_weights + ". It uses silhouettes.safetensors only if --silhouette-model names it.");
+               model_folders::variable + ", then in " + shown_place(data / "models") + ": " + depth_weights + ", " +
+               silhouette_weights + " and " + inpainting_weights + ".");
     describe_files(app, a);
     describe_video(app, a.video);
     describe_depth(app, a);

@@ -153,7 +153,7 @@ void run(const arguments& a, output_files& files) {
         clock.begin("reading depth network");
         loaded.depth.read();
     }
-    const ldi::photo3d made = convert(a, input, loaded, clock, threads);
+    const converted_photo made = convert(a, input, loaded, clock, threads);
     photo_texture texture = texture_of(made, input, a, threads);
     const encoded_photo3d encoded = encode(made, texture, a, names, clock, threads);
 

@@ -221,7 +221,7 @@ private:
         clock.begin("reading photo");
         photo_with_depth input = decode_input(arguments_, names, photo, {}, networks_, self);
         const memory_scope scope(memory);
-        const photo3d made = examples::convert(arguments_, input, networks_, clock, self);
+        const examples::converted_photo made = examples::convert(arguments_, input, networks_, clock, self);
         const photo_texture texture = texture_of(made, input, arguments_, self);
         encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);
         facts["bytes"] = encoded.glb.size();

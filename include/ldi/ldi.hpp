@@ -73,6 +73,7 @@
 
 #include <ldi/depth/align_silhouettes.hpp>
 #include <ldi/depth/decided_depth.hpp>
+#include <ldi/depth/flakes.hpp>
 #include <ldi/depth/level_dips.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/network_decider.hpp>

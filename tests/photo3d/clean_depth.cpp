@@ -26,7 +26,27 @@ struct quantized_estimator {
     float quantization_step() const { return step; }
 };
 
+/// Decides nothing, but puts a speck on a flat map.
+struct speck_decider {
+    std::uint8_t share;  // of every pixel; 0: the decider returns no shares
+
+    template <ldi::executor Executor>
+    ldi::decided_depth decide(ldi::undecided_depth depth, Executor&&) const {
+        ldi::decided_depth result{ldi::image<float>(depth.disparity.height(), depth.disparity.width(), 1, 0.5F), {}};
+        result.disparity(7, 9) = 0.9F;
+        if (share != 0) result.shares = ldi::image<std::uint8_t>(depth.disparity.height(), depth.disparity.width(), 1, share);
+        return result;
+    }
+};
+
 }  // namespace
+
+TEST_CASE("clean_depth() merges specks if the decider returns shares, and keeps them otherwise") {
+    const ldi::image<std::uint8_t> photo(20, 30, 3, std::uint8_t{90});
+    const ldi::given_disparity flat{ldi::image<float>(10, 15, 1, 0.5F)};
+    CHECK(ldi::clean_depth(photo, flat, speck_decider{255}).disparity(7, 9) == 0.5F);
+    CHECK(ldi::clean_depth(photo, flat, speck_decider{0}).disparity(7, 9) == 0.9F);
+}
 
 TEST_CASE("a photo without pixels cannot be shrunk") {
     for (const ldi::image<std::uint8_t>& photo : {ldi::image<std::uint8_t>(), {0, 5, 3}, {5, 0, 3}, {5, 5, 0}}) {

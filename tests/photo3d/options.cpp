@@ -50,6 +50,10 @@ TEST_CASE(
         components.min_size = static_cast<decltype(components.min_size)>(random() % 100);
         CHECK(static_cast<double>(ldi::scaled(components, sample).min_size) ==
               Approx(sample * sample * static_cast<double>(components.min_size)).margin(0.51));
+        ldi::flake_options flakes;
+        flakes.min_size = components.min_size, flakes.min_width = static_cast<float>(random() % 100);
+        CHECK(ldi::scaled(flakes, sample).min_size == ldi::scaled(components, sample).min_size);
+        CHECK(ldi::scaled(flakes, sample).min_width == Approx(sample * flakes.min_width));
     }
 }
 

@@ -331,8 +331,13 @@ def main():
         run("a photo as an inpainting network is refused", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
         decider = os.path.join(SOURCE, "examples/models/silhouettes.safetensors")
-        check_report("a silhouette network determines the silhouettes", [small, *depth, "--silhouette-model", decider], {"silhouettes": decider})
-        check_report("without a network, alignment determines the silhouettes", [small, *depth], {"silhouettes": "alignment"})
+        coarse = ["--depth", file(folder, "coarse.png", png(30, 40, 1, lambda y: bytes(40 if x < 15 else 200 for x in range(30))))]
+        found = {"LDI_MODELS": os.path.dirname(decider)}
+        check_report("a silhouette network determines the silhouettes of a photo with a coarse depth map", [small, *coarse, "--silhouette-model", decider], {"silhouettes": decider})
+        check_report("the program uses the silhouette network that it finds", [small, *coarse], {"silhouettes": decider}, found)
+        check_report("alignment determines the silhouettes of a photo with a depth map of its size", [small, *depth], {"silhouettes": "alignment"}, found)
+        check_report("alignment determines the silhouettes with --silhouette-model none", [small, *coarse, "--silhouette-model", "none"], {"silhouettes": "alignment"}, found)
+        check_report("--preset paper aligns silhouettes", [small, *coarse, "--preset", "paper"], {"silhouettes": "alignment"}, found)
         run("an inpainting network as a silhouette network is refused", [small, *depth, "--silhouette-model", weights], ["farbrausch_weights.safetensors", "a silhouette network", "found farbrausch"])
         run("a truncated silhouette network is refused", [small, *depth, "--silhouette-model", file(folder, "cut.safetensors", open(decider, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
 

@@ -9,6 +9,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/depth/decided_depth.hpp>
+#include <ldi/depth/flakes.hpp>
 #include <ldi/depth/level_dips.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
@@ -107,7 +108,10 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& esti
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_middle_components(result.disparity, options.surface, scaled(options.components, sample));
+    if (result.shares.empty())
+        merge_middle_components(result.disparity, options.surface, scaled(options.components, sample));
+    else
+        merge_flakes(result.disparity, result.shares, options.surface, scaled(options.flakes, sample));
     progress.report("connected components", 1.0F);
     return result;
 }

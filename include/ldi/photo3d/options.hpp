@@ -10,6 +10,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/flakes.hpp>
 #include <ldi/depth/level_dips.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
@@ -35,9 +36,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
-/// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
-/// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
+/// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components`, `flakes` and `curves` are in pixels,
+/// for a depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by
+/// the sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
 struct photo3d_options {
     /// Maximum long side in pixels, at least 1; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -46,8 +47,8 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, 0 to 64, in addition to the pass at the photo's
     /// resolution. At the estimator's resolution, a blurred edge is only a few samples wide.
     int passes_before_resampling = 2;
-    /// Maximum side of a depth sample in photo pixels, 1 to 16: the maximum factor by which lengths in `alignment`, `components`
-    /// and `curves` are multiplied. Larger samples count as samples of this size, because they are too coarse to locate
+    /// Maximum side of a depth sample in photo pixels, 1 to 16: the maximum factor by which lengths in `alignment`, `components`,
+    /// `flakes` and `curves` are multiplied. Larger samples count as samples of this size, because they are too coarse to locate
     /// silhouettes. With 1, lengths and sizes are not scaled.
     float max_sample_size = 16.0F;
     surface_rule surface;
@@ -60,7 +61,8 @@ struct photo3d_options {
     resample_options resample;
     weighted_median_options median;
     alignment_options alignment;
-    middle_component_options components;
+    middle_component_options components;  ///< used unless a network decides the silhouettes
+    flake_options flakes;                 ///< used instead of `components` if a network decides the silhouettes
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
@@ -107,6 +109,11 @@ Count scaled(Count count, float by) {
 /// Converts lengths and pixel counts for a depth map at the photo's resolution to those for a map with larger samples.
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
     options.min_size = detail::scaled(options.min_size, sample_size * sample_size);
+    return options;
+}
+inline flake_options scaled(flake_options options, float sample_size) {
+    options.min_size = detail::scaled(options.min_size, sample_size * sample_size);
+    options.min_width *= sample_size;
     return options;
 }
 inline curve_options scaled(curve_options options, float sample_size) {
