@@ -3,7 +3,8 @@
 # paper's measure of inpainting, sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB,
 # uncovered D.DDD %, lpips D.DDD (diffusion D.DDD), silhouettes D.D px, halo D.D" in one line.
 #
-#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     options: --no-depth, --no-views, --no-sizes skip these parts
+#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     options: --no-depth, --no-views, --no-sizes skip these parts;
+#                                                                  --silhouette-model FILE or none, with --only, too
 #   bench/quality/run.sh --only silhouettes [OPTION...]            takes minutes; options: --no-pairs (skips pairs and scenes with
 #                                                                  true depth), --no-scenes, --no-photographs, --no-holes,
 #                                                                  --sigma SAMPLES, --shift SAMPLES (of the degraded depth),

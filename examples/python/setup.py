@@ -19,7 +19,7 @@ class build_with_data(build_py):
         super().run()
         folder = os.path.join(self.build_lib, "ldi")
         os.makedirs(os.path.join(folder, "models"), exist_ok=True)
-        for name in ("tiefenrausch_small.safetensors", "farbrausch.safetensors"):
+        for name in ("tiefenrausch_small.safetensors", "silhouettes.safetensors", "farbrausch.safetensors"):
             shutil.copy(os.path.join(TOP, "examples", "models", name), os.path.join(folder, "models"))
         # packaging/release.sh links libraries into the wheel, and names the folder of their licenses in this variable.
         licenses = os.environ.get("LDI_LICENSES")

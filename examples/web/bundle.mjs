@@ -11,6 +11,7 @@ import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import zopfli from "@gfx/zopfli";
+import { shortened } from "./short_halves.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const { build } = createRequire(join(here, "../viewer/package.json"))("esbuild");
@@ -58,7 +59,8 @@ const assets = {
     "converter.js": await minify("converter.js"),
     "converter.wasm": await readFile(join(built, "converter.wasm")),
     "depth.safetensors": await readFile(join(models, "tiefenrausch_small.safetensors")),
-    "inpainting.halves": splitHalves(await readFile(join(models, "farbrausch.safetensors"))),
+    "inpainting.halves": splitHalves(shortened(await readFile(join(models, "farbrausch.safetensors")))),
+    "silhouettes.halves": splitHalves(await readFile(join(models, "silhouettes.safetensors"))),
     "viewer.html": Buffer.from(viewerPage),
 };
 /** Files that replace the converter on pages where browsers allow threads. Only pages from a server can have threads. */

@@ -8,8 +8,10 @@
 
 #include "../photo3d/depth_direction.hpp"
 
+#include <ldi/depth/network_decider.hpp>
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/formats/glb.hpp>
+#include <ldi/formats/silhouettes.hpp>
 #include <ldi/formats/tiefenrausch.hpp>
 #include <ldi/io/detail/stb_image_write.hpp>
 #include <ldi/io/photo_depth.hpp>
@@ -52,6 +54,7 @@ struct converter {
     executor_of_page threads;
     std::optional<tiefenrausch> depth;
     std::optional<farbrausch> inpainting;
+    std::optional<silhouette_network> silhouettes;
     std::optional<photo_with_depth> input;
     std::vector<std::byte> poster;
     buffer<std::byte> glb;
@@ -132,12 +135,15 @@ photo3d make(photo_with_depth input) {
     photo3d_options options = state().options;
     options.progress = listener();
     options.keeps_depth_maps = false;
+    options.level = level_options();
     if (input.photo.focal_length_35mm) options.focal_length_35mm = *input.photo.focal_length_35mm;
     options.normalize.is_metric = input.depth && input.depth->is_metric;
     options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
+    const network_decider decider(&*state().silhouettes);
+    const image<std::uint8_t>& photo = input.photo.color;
     cleaned_photo cleaned =
-        input.depth ? clean_depth(input.photo.color, given_disparity{std::move(input.depth->disparity)}, options, state().threads)
-                    : clean_depth(input.photo.color, *state().depth, options, state().threads);
+        input.depth ? clean_depth(photo, given_disparity{std::move(input.depth->disparity)}, decider, options, state().threads)
+                    : clean_depth(photo, *state().depth, decider, options, state().threads);
     input = {};
     return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options, state().threads);
 }
@@ -191,13 +197,15 @@ extern "C" {
 
 /// Loads a network; returns 1, or 0 after an error.
 ///
-/// kind  0 depth, 1 inpainting
+/// kind  0 depth, 1 inpainting, 2 silhouettes
 EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) {
     return attempt([&] {
         if (kind == 0)
             state().depth.emplace(decode_tiefenrausch(bytes_of(data, size), "depth network"));
-        else
+        else if (kind == 1)
             state().inpainting.emplace(decode_farbrausch(bytes_of(data, size), "inpainting network", std::nullopt));
+        else
+            state().silhouettes.emplace(decode_silhouettes(bytes_of(data, size), "silhouette network"));
     });
 }
 

@@ -302,6 +302,8 @@ CHOICES = {
     "depth_kind": lambda v: ldi.photo3d(PHOTO, DEPTH, depth_kind=v),
     "depth_kind of clean_depth": lambda v: ldi.clean_depth(PHOTO, DEPTH, depth_kind=v),
     "inpaint": lambda v: ldi.photo3d(PHOTO, DEPTH, inpaint=v),
+    "silhouettes": lambda v: ldi.photo3d(PHOTO, DEPTH, silhouettes=v),
+    "silhouettes of clean_depth": lambda v: ldi.clean_depth(PHOTO, DEPTH, silhouettes=v),
     "inpaint of inpaint": lambda v: ldi.inpaint(LAYERS, v),
     "arithmetic": lambda v: ldi.inpainting_network(arithmetic=v),
 }
@@ -385,6 +387,7 @@ READS = {
     "read_photo": lambda path: ldi.read_photo(path),
     "depth_network": lambda path: ldi.depth_network(path),
     "inpainting_network": lambda path: ldi.inpainting_network(path),
+    "silhouette_network": lambda path: ldi.silhouette_network(path),
 }
 
 
@@ -392,6 +395,7 @@ READS = {
 def files(tmp_path):
     ldi.write_png(tmp_path / "read_photo", PHOTO)
     (tmp_path / "depth_network").write_bytes((MODELS / "tiefenrausch_small.safetensors").read_bytes())
+    (tmp_path / "silhouette_network").write_bytes((MODELS / "silhouettes.safetensors").read_bytes())
     (tmp_path / "inpainting_network").write_bytes((MODELS / "farbrausch.safetensors").read_bytes())
     return tmp_path
 
@@ -462,7 +466,7 @@ def test_a_picture_that_cannot_be_written(tmp_path):
     check_message(raised, "no folder")
 
 
-@pytest.mark.parametrize("network", [ldi.DepthNetwork, ldi.InpaintingNetwork])
+@pytest.mark.parametrize("network", [ldi.DepthNetwork, ldi.InpaintingNetwork, ldi.SilhouetteNetwork])
 def test_weights(network):
     for weights in (None, "weights", 3, [1], PHOTO):
         with pytest.raises(TypeError, match="weights: expected bytes, found") as raised:

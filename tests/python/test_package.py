@@ -153,6 +153,7 @@ RESULTS = {
     "Photo3D of one pixel": ldi.photo3d(PHOTO[:1, :1], np.ones((1, 1))),
     "Depth": MADE.depth,
     "Layer": ldi.lift(MADE.depth),
+    "Layer of decided silhouettes": ldi.lift(ldi.clean_depth(PHOTO, DEPTH[::4, ::4])),
     "Layers": MADE.layers,
     "Layers without colors": ldi.expand(ldi.lift(MADE.depth)),
     "Charts": MADE.charts,

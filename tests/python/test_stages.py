@@ -46,6 +46,18 @@ def test_stages_give_the_same_result_as_photo3d(depth, inpaint):
     assert stages(PHOTO, depth, inpaint).glb() == ldi.photo3d(PHOTO, depth, inpaint=inpaint).glb()
 
 
+def test_the_network_decides_silhouettes_where_depth_is_coarser_than_the_photo():
+    def made(depth, **options):
+        glb = ldi.photo3d(PHOTO, depth, inpaint="diffusion", **options).glb()
+        assert glb == stages(PHOTO, depth, "diffusion", **options).glb()
+        return glb
+
+    coarse = DEPTH[::4, ::4]
+    assert made(coarse) == made(coarse, silhouettes="network") == made(coarse, silhouettes=ldi.silhouette_network())
+    assert made(coarse) != made(coarse, silhouettes="alignment")
+    assert made(DEPTH) == made(DEPTH, silhouettes="alignment")
+
+
 def test_options_of_stages_are_those_of_photo3d():
     depth = ldi.clean_depth(PHOTO, 1 / DEPTH, depth_kind="meters", long_side=100)
     layers = ldi.grow_past_frame(ldi.inpaint(ldi.expand(ldi.lift(depth, 40), 0.2), "diffusion", texture=0.5, grain=2))

@@ -6,6 +6,7 @@
 #include "values.hpp"
 
 #include <ldi/formats/farbrausch.hpp>
+#include <ldi/formats/silhouettes.hpp>
 #include <ldi/formats/tiefenrausch.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
@@ -253,24 +254,37 @@ void add_networks(py::module_& module) {
              }),
              py::arg("weights"), py::arg("name") = "weights", py::arg("arithmetic") = "float32",
              "Reads the bytes of a safetensors file. Error messages refer to the file as `name`.");
+    py::class_<silhouette_network, std::shared_ptr<silhouette_network>>(
+        module, "SilhouetteNetwork",
+        "A network that decides which pixels beside a silhouette belong to the surface in front; silhouette_network() reads it "
+        "from a file.")
+        .def(py::init([](const py::object& weights, const py::object& name) {
+                 const auto bytes = weights_of(weights);
+                 const std::string named = py::str(name);
+                 const py::gil_scoped_release unlocked;
+                 return std::make_shared<silhouette_network>(decode_silhouettes(bytes, named));
+             }),
+             py::arg("weights"), py::arg("name") = "weights",
+             "Reads the bytes of a safetensors file. Error messages refer to the file as `name`.");
 }
 
 void add_functions(py::module_& module) {
     module.attr("version") = version_text();
-    module.def("photo3d", [](const py::object& photo, const py::object& depth, bool is_metric, bool is_inverse,
-                             const py::object& inpainter, std::size_t long_side, float focal_length, float motion, bool grows,
-                             float texture, float grain, std::size_t threads, const py::object& progress) {
-        photo3d_options options;
-        options.long_side = long_side, options.focal_length_35mm = focal_length, options.expand.motion = motion;
-        options.frame = grows ? photo_frame::grow : photo_frame::crop;
-        options.texture.strength = texture, options.grain.strength = grain;
-        return convert(photo, depth, {is_metric, is_inverse}, inpainter, options, threads, progress);
-    });
+    module.def("photo3d",
+               [](const py::object& photo, const py::object& depth, bool is_metric, bool is_inverse,
+                  const py::object& silhouettes, const py::object& inpainter, std::size_t long_side, float focal_length,
+                  float motion, bool grows, float texture, float grain, std::size_t threads, const py::object& progress) {
+                   photo3d_options options;
+                   options.long_side = long_side, options.focal_length_35mm = focal_length, options.expand.motion = motion;
+                   options.frame = grows ? photo_frame::grow : photo_frame::crop;
+                   options.texture.strength = texture, options.grain.strength = grain;
+                   return convert(photo, depth, {is_metric, is_inverse}, silhouettes, inpainter, options, threads, progress);
+               });
     module.def("clean_depth", [](const py::object& photo, const py::object& depth, bool is_metric, bool is_inverse,
-                                 std::size_t long_side, std::size_t threads) {
+                                 const py::object& silhouettes, std::size_t long_side, std::size_t threads) {
         photo3d_options options;
         options.long_side = long_side;
-        return make_depth(photo, depth, {is_metric, is_inverse}, options, threads);
+        return make_depth(photo, depth, {is_metric, is_inverse}, silhouettes, options, threads);
     });
     module.def("lift", &make_layer);
     module.def("expand", &make_layers);

@@ -45,15 +45,17 @@ py::array_t<T> copy_of(const image<T>& picture) {
 
 inline py::tuple state_of(const depth_value& depth) {
     return py::make_tuple(version_text(), copy_of(depth.photo), copy_of(depth.estimated), copy_of(depth.disparity),
-                          depth.range.z_near, depth.range.z_far);
+                          depth.shares.empty() ? py::object(py::none()) : copy_of(depth.shares), depth.range.z_near,
+                          depth.range.z_far);
 }
 inline std::shared_ptr<depth_value> depth_from(const py::tuple& state) {
-    const py::tuple items = checked(state, 5);
+    const py::tuple items = checked(state, 6);
     auto depth = std::make_shared<depth_value>();
     depth->photo = image_of<std::uint8_t>(items[0], 3, "photo");
     depth->estimated = image_of<float>(items[1], 1, "estimated");
     depth->disparity = image_of<float>(items[2], 1, "disparity");
-    depth->range = {items[3].cast<float>(), items[4].cast<float>()};
+    if (!items[3].is_none()) depth->shares = image_of<std::uint8_t>(items[3], 1, "shares");
+    depth->range = {items[4].cast<float>(), items[5].cast<float>()};
     return depth;
 }
 

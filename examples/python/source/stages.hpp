@@ -5,6 +5,8 @@
 #include "callbacks.hpp"
 #include "values.hpp"
 
+#include <ldi/depth/network_decider.hpp>
+#include <ldi/networks/silhouettes.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <pybind11/pybind11.h>
@@ -15,27 +17,39 @@
 
 namespace ldi::python {
 
+/// Returns a silhouette_decider, and sets the options that it needs.
+///
+/// silhouettes  a SilhouetteNetwork, or None for aligned_silhouettes
+inline network_decider<silhouette_network> decider_of(const py::object& silhouettes, photo3d_options& options) {
+    if (silhouettes.is_none()) return network_decider<silhouette_network>(nullptr, options.alignment);
+    options.level = level_options();
+    return network_decider(silhouettes.cast<const silhouette_network*>(), options.alignment);
+}
+
 inline std::shared_ptr<photo3d_value> convert(const py::object& photo, const py::object& depth, depth_meaning meaning,
-                                              const py::object& inpainter, photo3d_options options, std::size_t threads,
-                                              const py::object& progress) {
+                                              const py::object& silhouettes, const py::object& inpainter, photo3d_options options,
+                                              std::size_t threads, const py::object& progress) {
     const photo_argument seen(photo, "photo");
     const depth_source estimator(depth, seen, meaning);
     const color_source colors(inpainter);
     options.normalize = estimator.normalization();
+    const network_decider decider = decider_of(silhouettes, options);
     return run_unlocked(progress, threads, [&](const progress_listener& listener, thread_pool& pool) {
         options.progress = listener;
-        return std::make_shared<photo3d_value>(parts_of(make_photo3d(seen.view(), estimator, colors, options, pool), options));
+        return std::make_shared<photo3d_value>(
+            parts_of(make_photo3d(seen.view(), estimator, decider, colors, options, pool), options));
     });
 }
 
 inline std::shared_ptr<depth_value> make_depth(const py::object& photo, const py::object& depth, depth_meaning meaning,
-                                               photo3d_options options, std::size_t threads) {
+                                               const py::object& silhouettes, photo3d_options options, std::size_t threads) {
     const photo_argument seen(photo, "photo");
     const depth_source estimator(depth, seen, meaning);
     options.normalize = estimator.normalization();
+    const network_decider decider = decider_of(silhouettes, options);
     return run_unlocked(py::none(), threads, [&](const progress_listener& listener, thread_pool& pool) {
         options.progress = listener;
-        auto made = std::make_shared<depth_value>(depth_value{clean_depth(seen.view(), estimator, options, pool)});
+        auto made = std::make_shared<depth_value>(depth_value{clean_depth(seen.view(), estimator, decider, options, pool)});
         made->resampled = {};
         return made;
     });

@@ -69,7 +69,7 @@ export class Converter {
     }
 
     async start() {
-        const weights = Promise.all(["depth.safetensors", "inpainting.halves"].map(readAsset));
+        const weights = Promise.all(["depth.safetensors", "inpainting.halves", "silhouettes.halves"].map(readAsset));
         if (!canHaveThreads()) return this.startWith("converter", await weights);
         return this.startWith("converter_threads", await weights).catch(async () => {
             this.worker?.terminate();
@@ -81,9 +81,9 @@ export class Converter {
      * Starts the Worker.
      *
      * @param {"converter" | "converter_threads"} program
-     * @param {Uint8Array[]} weights  of both networks
+     * @param {Uint8Array[]} weights  of all networks, in the order of worker.js
      */
-    async startWith(program, [depth, inpainting]) {
+    async startWith(program, weights) {
         const [loader, script, wasm] = await Promise.all([`${program}.js`, "worker.js", `${program}.wasm`].map(readAsset));
         const threads = program === "converter" ? null : { loader, worker: await readAsset(`${program}.worker.js`) };
         const address = URL.createObjectURL(new Blob([loader, "\n", script], { type: "text/javascript" }));
@@ -97,7 +97,7 @@ export class Converter {
                 else this.receive(data);
             };
         });
-        this.worker.postMessage({ load: { wasm, depth, inpainting, threads } });
+        this.worker.postMessage({ load: { wasm, weights, threads } });
         await ready.finally(() => URL.revokeObjectURL(address));
         this.worker.onerror = (event) => this.broke(event.message);
         return ready;

@@ -43,7 +43,8 @@ function messageOf(failure) {
     return failure instanceof RangeError || /OOM|out of memory/.test(failure.message) ? "not enough memory" : failure.message;
 }
 
-async function load({ wasm, depth, inpainting, threads }) {
+/** Starts the converter. `weights` are those of the depth network, the inpainting network and the silhouette network. */
+async function load({ wasm, weights, threads }) {
     const start = performance.now();
     const options = { wasmBinary: wasm, onProgress: (stage, fraction) => clock(stage, fraction) };
     if (threads) {
@@ -52,7 +53,7 @@ async function load({ wasm, depth, inpainting, threads }) {
         Object.assign(options, { wasmMemory: shared, mainScriptUrlOrBlob: scriptOf(threads.loader), locateFile: () => address });
     }
     converter = await createConverter(options);
-    for (const [kind, weights] of [depth, inpainting].entries()) within([weights], ([data]) => check(converter._web_load(kind, data, weights.length)));
+    for (const [kind, file] of weights.entries()) within([file], ([data]) => check(converter._web_load(kind, data, file.length)));
     postMessage({ ready: { milliseconds: performance.now() - start, threads: converter._web_threads() } });
     warmUp(performance.now()).catch(() => {}); // the first photo will report the error
 }

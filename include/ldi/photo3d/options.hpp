@@ -54,8 +54,8 @@ struct photo3d_options {
     surface_rule surface;
     normalize_options normalize;
     /// Leveling of dips, which joins pieces of the background beside objects. Off by default, because in 2 of 20 photographs,
-    /// leveling opened holes of up to 11 pixels in views with a long side of 1000 pixels. Intended for use with a
-    /// network_decider (depth/network_decider.hpp).
+    /// leveling opened holes of up to 11 pixels in views with a long side of 1000 pixels. Set it to level_options() for use
+    /// with a network_decider (depth/network_decider.hpp), as the program does.
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;

@@ -10,12 +10,14 @@ _Path: TypeAlias = str | bytes | os.PathLike[str] | os.PathLike[bytes]
 _Photo: TypeAlias = NDArray[np.uint8]
 _DepthSource: TypeAlias = ArrayLike | Callable[[_Photo], ArrayLike] | None
 _Inpainter: TypeAlias = Literal["network", "diffusion"] | Callable[[Layers], ArrayLike]
+_Silhouettes: TypeAlias = Literal["network", "alignment"] | SilhouetteNetwork
 _DepthKind: TypeAlias = Literal["disparity", "meters"]
 
 __version__: str
 __all__ = [
     "Atlas", "Chart", "Charts", "Curve", "Depth", "DepthNetwork", "Error", "FileError", "InpaintingNetwork", "InputError", "Layer", "Layers", "Mesh", "Photo3D",
-    "clean_depth", "depth_network", "expand", "grow_past_frame", "inpaint", "inpainting_network", "lift", "make_atlas", "make_charts", "make_mesh", "photo3d", "read_photo", "write_png",
+    "SilhouetteNetwork",
+    "clean_depth", "depth_network", "expand", "grow_past_frame", "inpaint", "inpainting_network", "lift", "make_atlas", "make_charts", "make_mesh", "photo3d", "read_photo", "silhouette_network", "write_png",
 ]
 
 class Error(Exception):
@@ -40,6 +42,9 @@ class DepthNetwork(metaclass=_Extension):
 class InpaintingNetwork(metaclass=_Extension):
     def __init__(self, weights: bytes, name: str = ..., arithmetic: Literal["float32", "int8"] = ...) -> None: ...
     def __call__(self, layers: Layers, *, threads: int = ...) -> NDArray[np.uint8]: ...
+
+class SilhouetteNetwork(metaclass=_Extension):
+    def __init__(self, weights: bytes, name: str = ...) -> None: ...
 
 class Depth(_Result):
     @property
@@ -169,12 +174,14 @@ class Photo3D(metaclass=_Extension):
 
 def depth_network(path: _Path | None = ...) -> DepthNetwork: ...
 def inpainting_network(path: _Path | None = ..., *, arithmetic: Literal["float32", "int8"] = ...) -> InpaintingNetwork: ...
+def silhouette_network(path: _Path | None = ...) -> SilhouetteNetwork: ...
 def photo3d(
     photo: _Photo,
     depth: _DepthSource = ...,
     *,
     depth_kind: _DepthKind = ...,
     depth_is_inverse: bool = ...,
+    silhouettes: _Silhouettes = ...,
     inpaint: _Inpainter = ...,
     long_side: int = ...,
     focal_length: float = ...,
@@ -186,7 +193,14 @@ def photo3d(
     progress: Callable[[str, float], object] | None = ...,
 ) -> Photo3D: ...
 def clean_depth(
-    photo: _Photo, depth: _DepthSource = ..., *, depth_kind: _DepthKind = ..., depth_is_inverse: bool = ..., long_side: int = ..., threads: int = ...
+    photo: _Photo,
+    depth: _DepthSource = ...,
+    *,
+    depth_kind: _DepthKind = ...,
+    depth_is_inverse: bool = ...,
+    silhouettes: _Silhouettes = ...,
+    long_side: int = ...,
+    threads: int = ...,
 ) -> Depth: ...
 def lift(depth: Depth, focal_length: float = ..., *, threads: int = ...) -> Layer: ...
 def expand(layer: Layer, motion: float = ...) -> Layers: ...

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import _ldi
 from ._errors import FileError, InputError
-from ._ldi import Atlas, Chart, Charts, Curve, Depth, DepthNetwork, InpaintingNetwork, Layer, Layers, Mesh, Photo3D
+from ._ldi import Atlas, Chart, Charts, Curve, Depth, DepthNetwork, InpaintingNetwork, Layer, Layers, Mesh, Photo3D, SilhouetteNetwork
 
 _FOLDER = os.path.dirname(os.path.abspath(__file__))
 
@@ -89,6 +89,15 @@ def _inpainter(inpaint):
     return inpainting_network() if _choice("inpaint", inpaint, ("network", "diffusion")) == "network" else None
 
 
+def _silhouettes(silhouettes):
+    """Returns the extension's network; None for alignment."""
+    if isinstance(silhouettes, SilhouetteNetwork):
+        return silhouettes
+    if not isinstance(silhouettes, str):
+        raise TypeError(f'silhouettes: expected "network", "alignment" or an ldi.SilhouetteNetwork, found {type(silhouettes).__name__}')
+    return silhouette_network() if _choice("silhouettes", silhouettes, ("network", "alignment")) == "network" else None
+
+
 def _progress(progress):
     if progress is not None and not callable(progress):
         raise TypeError(f"progress: expected a function or None, found {type(progress).__name__}")
@@ -146,7 +155,15 @@ def inpainting_network(path=None, *, arithmetic="float32"):
     return _network(InpaintingNetwork, _weights(path, b"farbrausch.safetensors"), arithmetic)
 
 
-def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False, inpaint="network", long_side=1536, focal_length=26.0, motion=0.08, frame="grow", texture=1.0, grain=0.6, threads=0, progress=None):
+def silhouette_network(path=None):
+    """Reads the network that decides silhouettes, once per file.
+
+    path  a safetensors file; None: the network of this package
+    """
+    return _network(SilhouetteNetwork, _weights(path, b"silhouettes.safetensors"))
+
+
+def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False, silhouettes="network", inpaint="network", long_side=1536, focal_length=26.0, motion=0.08, frame="grow", texture=1.0, grain=0.6, threads=0, progress=None):
     """Turns a photo into a 3D photo.
 
     photo             H x W x 3 uint8; not copied if the pixels of each row are contiguous in memory
@@ -154,6 +171,8 @@ def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False
                       from the photo to such a map; None: depth_network()
     depth_kind        "disparity", larger is nearer, or "meters"
     depth_is_inverse  the disparity is 1 / distance up to a factor, without a shift
+    silhouettes       "network" or a SilhouetteNetwork: decides which pixels beside a silhouette belong to the surface in front,
+                      where the depth is coarser than the photo; "alignment": moves silhouettes onto edges of the photo
     inpaint           "network", "diffusion", an InpaintingNetwork, or a function from Layers to K x 3 uint8 colors, of
                       which only those of pixels with known == 0 are used
     long_side         larger photos are shrunk to this many pixels, 1 to 16384
@@ -167,17 +186,17 @@ def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False
     """
     depth, is_metric, is_inverse = _depth(depth, depth_kind, depth_is_inverse)
     return _ldi.photo3d(
-        photo, depth, is_metric, is_inverse, _inpainter(inpaint), _integer("long_side", long_side, 1, 16384), _number("focal_length", focal_length, 1, 10000),
+        photo, depth, is_metric, is_inverse, _silhouettes(silhouettes), _inpainter(inpaint), _integer("long_side", long_side, 1, 16384), _number("focal_length", focal_length, 1, 10000),
         _number("motion", motion, 0, 1), _choice("frame", frame, ("grow", "crop")) == "grow", _number("texture", texture, 0, 4), _number("grain", grain, 0, 4), _threads(threads), _progress(progress))
 
 
-def clean_depth(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False, long_side=1536, threads=0):
+def clean_depth(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False, silhouettes="network", long_side=1536, threads=0):
     """Stage 1: estimates depth, resamples it to the photo's resolution, and sharpens its edges. Returns a Depth.
 
     The arguments are those of photo3d().
     """
     depth, is_metric, is_inverse = _depth(depth, depth_kind, depth_is_inverse)
-    return _ldi.clean_depth(photo, depth, is_metric, is_inverse, _integer("long_side", long_side, 1, 16384), _threads(threads))
+    return _ldi.clean_depth(photo, depth, is_metric, is_inverse, _silhouettes(silhouettes), _integer("long_side", long_side, 1, 16384), _threads(threads))
 
 
 def lift(depth, focal_length=26.0, *, threads=0):
@@ -318,8 +337,9 @@ _add_repr(Mesh, lambda m: f"{len(m.positions)} vertices, {len(m.triangles)} tria
 _add_repr(Photo3D, lambda p: f"{p.layers.width} x {p.layers.height}, {len(p.charts)} charts, {len(p.mesh.triangles)} triangles")
 _add_repr(DepthNetwork, lambda n: "disparity from a photo")
 _add_repr(InpaintingNetwork, lambda n: "colors of hidden surfaces")
+_add_repr(SilhouetteNetwork, lambda n: "sides of silhouettes")
 
-for _class in (Atlas, Chart, Charts, Curve, Depth, DepthNetwork, InpaintingNetwork, Layer, Layers, Mesh, Photo3D):
+for _class in (Atlas, Chart, Charts, Curve, Depth, DepthNetwork, InpaintingNetwork, Layer, Layers, Mesh, Photo3D, SilhouetteNetwork):
     _class.__module__ = "ldi"
-for _function in (clean_depth, depth_network, expand, grow_past_frame, inpaint, inpainting_network, lift, make_atlas, make_charts, make_mesh, photo3d, read_photo, write_png):
+for _function in (clean_depth, depth_network, expand, grow_past_frame, inpaint, inpainting_network, lift, make_atlas, make_charts, make_mesh, photo3d, read_photo, silhouette_network, write_png):
     _function.__module__ = "ldi"
