@@ -33,6 +33,7 @@ private:
     std::filesystem::path path_ = LDI_SOURCE_DIR "/examples/models/silhouettes.safetensors";
 };
 
+/// Calls make_photo3d() with the options of the program.
 class converter {
 public:
     /// silhouettes  the network that decides silhouettes; empty: align them

@@ -243,7 +243,8 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
     app.footer(std::string("Unless an option names weights, photo3d looks for them in the folder named by ") +
                model_folders::variable + ", then in " + shown_place(data / "models") + ": " + depth_weights + ", " +
-               silhouette_weights + " and " + inpainting_weights + ".");
+               silhouette_weights + " and " + inpainting_weights +
+               ". Without the last two, it aligns silhouettes and inpaints by diffusion.");
     describe_files(app, a);
     describe_video(app, a.video);
     describe_depth(app, a);
@@ -265,6 +266,7 @@ inline void check_effects(const CLI::App& app, const arguments& a) {
                {"--depth-kind", "--depth-scale", "--depth-near-is-black", "--depth-zero-is-unknown", "--depth-is-inverse"});
     if (a.depth_map.kind == depth_map_kind::meters)
         refuse("--depth-kind meters", {"--depth-near-is-black", "--depth-is-inverse"});
+    if (a.is_paper && a.silhouette_model != "none") refuse("--preset paper", {"--silhouette-model"});  // it aligns silhouettes
     if (a.inpaint == "diffusion") refuse("--inpaint diffusion", {"--inpainting-model", "--arithmetic"});
 
     const auto require = [&](bool is_there, const char* expected, const char* found, std::initializer_list<const char*> useless) {

@@ -70,7 +70,7 @@ const assetsOfThreads = {
     "converter_threads.wasm": await readFile(join(built, "converter_threads.wasm")),
 };
 /**
- * Files that the page loads for the first HEIC photo. Only the folder has them, because they would enlarge the single-file page by a ninth.
+ * Files that the page loads for the first HEIC photo. Only the folder has them, because they would enlarge the single-file page by an eighth.
  */
 const assetsOfHeic = {
     "heic.js": Buffer.concat([await minify("heic.js"), Buffer.from("\n"), Buffer.from(await bundleFile("heic.js"))]),

@@ -38,6 +38,8 @@ function shortest(low, high) {
 export function shortened(file) {
     const header = 8 + Number(file.readBigUInt64LE(0));
     const tensors = JSON.parse(file.toString("utf8", 8, header));
+    for (const [name, { dtype }] of Object.entries(tensors))
+        if (name !== "__metadata__" && dtype !== (name.endsWith(".range") ? "F32" : "F16")) throw new Error(`${name} has values of type ${dtype}`);
     const result = Buffer.from(file);
     const place = (name, i) => header + tensors[name].data_offsets[0] + 2 * i;
     const read = (name, i) => valueOf(file.readUInt16LE(place(name, i)));

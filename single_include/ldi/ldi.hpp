@@ -15682,7 +15682,8 @@ struct undecided_depth {
 struct decided_depth {
     image<float> disparity;  ///< H x W x 1
     /// H x W x 1, or empty. The value is 0 for pixels that were not decided, otherwise 1 + 254 * (share of the front surface in
-    /// the pixel). Pixels with a value of 128 or more belong to the front.
+    /// the pixel). Pixels with a value of 128 or more belong to the front. If the image is not empty, clean_depth() merges flakes
+    /// (depth/flakes.hpp) instead of middle components, and lift_photo() keeps shorter curves.
     image<std::uint8_t> shares;
 };
 
@@ -15841,23 +15842,38 @@ public:
         if (!chosen.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // Returns the current contacts of a chosen component.
-    contacts contacts_of(std::size_t component) const {
+    // Returns the current contacts of a chosen component with the components for which accepts(label) is true.
+    template <class Accepts>
+    contacts contacts_of(std::size_t component, Accepts&& accepts) const {
         contacts found;
-        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other) {
-            ++(other > disparity_(y, x) ? found.nearer : found.farther);
+        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other, std::int32_t label) {
+            if (accepts(label)) ++(other > disparity_(y, x) ? found.nearer : found.farther);
         });
         return found;
     }
 
-    // Replaces a component's disparities by those of its nearer or its farther neighbors, which must exist. They spread inward
-    // from the contacts.
-    void merge(std::size_t component, bool to_nearer) {
+    // Replaces a component's disparities by those of its nearer or its farther neighbors for which accepts(label) is true; there
+    // must be at least one. The disparities spread inward from the contacts.
+    template <class Accepts>
+    void merge(std::size_t component, bool to_nearer, Accepts&& accepts) {
         queue_.clear();
-        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other) {
-            if ((other > disparity_(y, x)) == to_nearer) reach(x, y, other);
+        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other, std::int32_t label) {
+            if (accepts(label) && (other > disparity_(y, x)) == to_nearer) reach(x, y, other);
         });
         spread(chosen_.labels[component]);
+    }
+
+    // Calls visit(x, y, disparity, label) for every pixel side on the component's boundary, with the component's pixel at the
+    // side, and with the disparity and the component across it.
+    template <class Visit>
+    void for_each_contact(std::size_t component, Visit&& visit) const {
+        const std::int32_t columns = components_.columns, own = chosen_.labels[component];
+        chosen_.for_each_pixel(component, [&](std::int32_t i) {
+            for_each_neighbor(i % columns, i / columns, [&](std::int32_t u, std::int32_t v) {
+                if (const std::int32_t label = components_.at(u, v); label != own)
+                    visit(i % columns, i / columns, disparity_(v, u), label);
+            });
+        });
     }
 
 private:
@@ -15873,18 +15889,6 @@ private:
             const std::int32_t u = x + step_x(s), v = y + step_y(s);
             if (u >= 0 && v >= 0 && u < components_.columns && v < components_.row_start.count() - 1) visit(u, v);
         }
-    }
-
-    // Calls visit(x, y, disparity) for every pixel side on the component's boundary, with the component's pixel at the side and
-    // the disparity across it.
-    template <class Visit>
-    void for_each_contact(std::size_t component, Visit&& visit) const {
-        const std::int32_t columns = components_.columns, label = chosen_.labels[component];
-        chosen_.for_each_pixel(component, [&](std::int32_t i) {
-            for_each_neighbor(i % columns, i / columns, [&](std::int32_t u, std::int32_t v) {
-                if (components_.at(u, v) != label) visit(i % columns, i / columns, disparity_(v, u));
-            });
-        });
     }
 
     // Assigns a value to a pixel unless it already has one.
@@ -15923,10 +15927,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of merge_flakes(), for a depth map whose samples are one pixel wide. The defaults were tuned on forty photographs.
 struct flake_options {
-    /// Connected components with fewer pixels than this are flakes.
+    /// Connected components with fewer pixels than this are flakes; with 0 or 1, none is for its size.
     std::int32_t min_size = 20;
-    /// A larger component is a flake if it touches a nearer and a farther surface, each along at least an eighth of its border,
-    /// and if its mean width, which is twice its size divided by the length of its border, is below this many pixels; 0 or more.
+    /// A larger component is a flake if it touches a nearer and a farther surface, each along at least an eighth of its border
+    /// with other components, and if its mean width is below this many pixels; 0 or more. The mean width is twice the size
+    /// divided by the length of that border.
     float min_width = 4.0F;
 };
 
@@ -15965,9 +15970,9 @@ inline buffer<contacts> contacts_of_all(const image_components& components, std:
 
 /// Whether a component is narrow and lies between a nearer and a farther surface.
 inline bool is_narrow_middle(std::int32_t size, contacts touched, float min_width) {
-    const std::int32_t border = touched.nearer + touched.farther;
-    return border > 0 && (std::min)(touched.nearer, touched.farther) >= (border + 7) / 8 &&
-           2.0F * nearest_float(size) < min_width * nearest_float(border);
+    const std::int64_t border = std::int64_t{touched.nearer} + touched.farther;
+    return border > 0 && 8 * std::int64_t{(std::min)(touched.nearer, touched.farther)} >= border &&
+           2.0 * nearest_double(size) < double{min_width} * nearest_double(border);
 }
 
 /// A flake, in the order of merging.
@@ -15977,13 +15982,86 @@ struct flake {
     bool is_decided;        // has decided pixels
     float disparity;        // of its first pixel
 
-    /// Flakes of the back come first, the farthest of them first; then those of the front, the nearest first. Each flake then
-    /// takes the disparity of a surface, not the disparity of another flake that has yet to be merged.
+    /// Flakes of the back come first, the farthest of them first; then those of the front, the nearest first. In a stair of
+    /// flakes, each one then follows the flake from which it gets its disparities.
     friend bool operator<(const flake& a, const flake& b) {
         if (a.is_front != b.is_front) return b.is_front;
         if (a.disparity != b.disparity) return (a.disparity < b.disparity) != a.is_front;
         return a.component < b.component;
     }
+};
+
+/// Merges flakes in their order. A flake whose neighbors on the chosen side are all flakes, too, waits until one of them has
+/// been merged.
+class flake_merger {
+public:
+    /// flakes  in order
+    flake_merger(const image_components& components, std::int32_t component_count, const chosen_components& chosen,
+                 const buffer<flake>& flakes, image_view<float> disparity)
+        : chosen_(chosen),
+          flakes_(flakes),
+          merger_(components, chosen, disparity),
+          state_of_(static_cast<std::size_t>(component_count), merged),
+          flake_of_(chosen.labels.size(), 0) {
+        for (std::int32_t f = 0; f < flakes.count(); ++f) {
+            flake_of_[flakes[f].component] = f;
+            state_of_[label(f)] = ready;
+        }
+        if (!flakes.empty()) component_of_.resize(static_cast<std::size_t>(component_count), 0);
+        for (std::size_t c = 0; c < chosen.labels.size(); ++c) component_of_[chosen.labels[c]] = c;
+    }
+
+    /// Returns the number of merged flakes. Flakes remain only if the photo consists of nothing else.
+    std::size_t run() {
+        for (const bool takes_any_side : {false, true}) {
+            buffer<std::int32_t> queue;
+            for (std::int32_t f = 0; f < flakes_.count(); ++f)
+                if (state_of_[label(f)] != merged) state_of_[label(f)] = ready, queue.push_back(f);
+            for (std::int32_t i = 0; i < queue.count(); ++i) {
+                if (merge(queue[i], takes_any_side))
+                    wake_neighbors(queue[i], queue);
+                else
+                    state_of_[label(queue[i])] = waiting;
+            }
+        }
+        return count_;
+    }
+
+private:
+    enum state : std::uint8_t { merged, ready, waiting };  // `merged` is also the state of surfaces
+
+    std::int32_t label(std::int32_t f) const { return chosen_.labels[flakes_[f].component]; }
+
+    /// Returns false if the flake has no merged neighbor on the chosen side, or on any side if `takes_any_side`.
+    bool merge(std::int32_t f, bool takes_any_side) {
+        const flake& it = flakes_[f];
+        const auto is_merged = [&](std::int32_t other) { return state_of_[other] == merged; };
+        const contacts all = merger_.contacts_of(it.component, [](std::int32_t) { return true; });
+        const contacts usable = merger_.contacts_of(it.component, is_merged);
+        const bool prefers_nearer = it.is_decided ? it.is_front : all.nearer > all.farther;
+        bool to_nearer = all.farther == 0 || (prefers_nearer && all.nearer > 0);
+        if ((to_nearer ? usable.nearer : usable.farther) == 0) {
+            to_nearer = !to_nearer;
+            if (!takes_any_side || (to_nearer ? usable.nearer : usable.farther) == 0) return false;
+        }
+        merger_.merge(it.component, to_nearer, is_merged);
+        state_of_[label(f)] = merged, ++count_;
+        return true;
+    }
+
+    void wake_neighbors(std::int32_t f, buffer<std::int32_t>& queue) {
+        merger_.for_each_contact(flakes_[f].component, [&](std::int32_t, std::int32_t, float, std::int32_t other) {
+            if (state_of_[other] == waiting) state_of_[other] = ready, queue.push_back(flake_of_[component_of_[other]]);
+        });
+    }
+
+    const chosen_components& chosen_;
+    const buffer<flake>& flakes_;
+    component_merger merger_;
+    buffer<std::uint8_t> state_of_;     // per component of the photo
+    buffer<std::size_t> component_of_;  // per component of the photo: index in chosen_components, if it is a flake
+    buffer<std::int32_t> flake_of_;     // per chosen component
+    std::size_t count_ = 0;
 };
 
 }  // namespace detail
@@ -15997,15 +16075,17 @@ struct flake {
 /// A flake gets the disparities of its nearer neighbors if most of its decided pixels belong to the front surface, and those of
 /// its farther neighbors otherwise. If it has only nearer or only farther neighbors, it gets their disparities. If none of its
 /// pixels is decided, it gets the disparities of the group with which it shares more pixel sides. The disparities spread inward
-/// from the shared sides.
+/// from the shared sides. A flake inside another flake is merged after it. If the map consists of flakes only, it does not
+/// change.
 ///
 /// Time is linear, except for sorting the flakes and for binary searches, for each of their pixels, among the runs of a row.
-/// Memory is up to 70 bytes per pixel. Raises mismatch if an image has another shape, too_large for 2^31 pixels or more, and
-/// invalid_option for a min_width below 0.
+/// Memory is up to 100 bytes per pixel. Raises mismatch if an image has another shape, invalid_data for disparities that are not
+/// finite, too_large for 2^31 pixels or more, and invalid_option for a min_width below 0.
 inline std::size_t merge_flakes(image_view<float> disparity, image_view<const std::uint8_t> shares, surface_rule surface = {},
                                 const flake_options& options = {}) {
     detail::check_map(disparity, "merge_flakes");
     detail::check_pixel_count(disparity, "merge_flakes");
+    detail::check_finite(disparity, "merge_flakes");
     if (shares.height() != disparity.height() || shares.width() != disparity.width() || shares.channels() != disparity.channels())
         raise(error_code::mismatch, "merge_flakes, shares", detail::shape_text(disparity), detail::shape_text(shares));
     if (!(options.min_width >= 0.0F))
@@ -16018,6 +16098,7 @@ inline std::size_t merge_flakes(image_view<float> disparity, image_view<const st
     });
 
     buffer<detail::flake> flakes;
+    flakes.reserve(chosen.labels.size());
     for (std::size_t c = 0; c < chosen.labels.size(); ++c) {
         std::int32_t front = 0, back = 0;
         chosen.for_each_pixel(c, [&](std::int32_t i) {
@@ -16028,15 +16109,7 @@ inline std::size_t merge_flakes(image_view<float> disparity, image_view<const st
         flakes.push_back({c, front > back, front + back > 0, disparity(first / components.columns, first % components.columns)});
     }
     std::sort(flakes.begin(), flakes.end());
-    detail::component_merger merger(components, chosen, disparity);
-    std::size_t merged = 0;
-    for (const detail::flake& f : flakes) {
-        const detail::contacts now = merger.contacts_of(f.component);
-        if (now.nearer + now.farther == 0) continue;  // the flake is the whole photo
-        const bool prefers_nearer = f.is_decided ? f.is_front : now.nearer > now.farther;
-        merger.merge(f.component, now.farther == 0 || (prefers_nearer && now.nearer > 0)), ++merged;
-    }
-    return merged;
+    return detail::flake_merger(components, size.count(), chosen, flakes, disparity).run();
 }
 
 }}  // namespace ldi
@@ -16171,10 +16244,11 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
         detail::choose_components(components, size.count(), [&](std::int32_t label) { return size[label] < options.min_size; });
     detail::component_merger merger(components, small_ones, disparity);
     std::size_t merged = 0;
+    constexpr auto any = [](std::int32_t) { return true; };
     for (std::size_t c = 0; c < small_ones.labels.size(); ++c) {
-        const detail::contacts touched = merger.contacts_of(c);
+        const detail::contacts touched = merger.contacts_of(c, any);
         if (touched.nearer == 0 || touched.farther == 0) continue;
-        merger.merge(c, touched.nearer > touched.farther), ++merged;
+        merger.merge(c, touched.nearer > touched.farther, any), ++merged;
     }
     return merged;
 }
@@ -16689,7 +16763,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// (networks/silhouettes.hpp). The network must outlive the decider.
 ///
 ///     const ldi::silhouette_network network = ldi::load_silhouettes("silhouettes.safetensors");
-///     make_photo3d(photo, depth, ldi::network_decider(&network), inpainter);
+///     ldi::photo3d_options options;
+///     options.level = ldi::level_options();
+///     make_photo3d(photo, depth, ldi::network_decider(&network), inpainter, options);
 template <class Network>
 class network_decider {
 public:
@@ -28641,7 +28717,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components`, `flakes` and `curves` are in pixels,
 /// for a depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by
-/// the sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
+/// the sample's side and sizes by its area. Lengths in `curves` are only multiplied by 0.4 times the side if the
+/// silhouette_decider returns shares. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
 struct photo3d_options {
     /// Maximum long side in pixels, at least 1; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -28657,15 +28734,15 @@ struct photo3d_options {
     surface_rule surface;
     normalize_options normalize;
     /// Leveling of dips, which joins pieces of the background beside objects. Off by default, because in 2 of 20 photographs,
-    /// leveling opened holes of up to 11 pixels in views with a long side of 1000 pixels. Intended for use with a
-    /// network_decider (depth/network_decider.hpp).
+    /// leveling opened holes of up to 11 pixels in views with a long side of 1000 pixels. Set it to level_options() for use
+    /// with a network_decider (depth/network_decider.hpp), as the program does.
     level_options level{.radius = 0};
     sharpen_options sharpen;
     resample_options resample;
     weighted_median_options median;
     alignment_options alignment;
-    middle_component_options components;  ///< used unless a network decides the silhouettes
-    flake_options flakes;                 ///< used instead of `components` if a network decides the silhouettes
+    middle_component_options components;  ///< used if the silhouette_decider returns no shares
+    flake_options flakes;                 ///< used if the silhouette_decider returns shares
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
@@ -29021,8 +29098,8 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
         },
         own.images);
-    // Silhouettes that a network decided follow the photo, so shorter curves are reliable. The factor was tuned by experiment:
-    // with 0.6, closed curves left walls at large steps, which opened holes in one of forty photographs.
+    // Decided silhouettes follow the photo, so shorter curves and their directions are reliable. The factor was tuned by
+    // experiment: with 0.6, closed curves left walls at large steps, which opened holes in one of forty photographs.
     constexpr float decided_curve_length = 0.4F;
     const float curve_scale = photo.shares.empty() ? sample : decided_curve_length * sample;
     result.curves =

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <utility>
 
 using namespace ldi;
 
@@ -75,6 +76,38 @@ TEST_CASE("a speck gets the disparity of its surroundings, whichever side was de
             CHECK(merge_flakes(map, all(share, map)) == 2);
             CHECK((map == clean));
         }
+}
+
+TEST_CASE("flakes inside flakes all get the disparity of the surface around them") {
+    for (const std::uint8_t share : {of_back, of_front, undecided})
+        for (const auto& [outer, inner] : {std::pair{0.5F, 0.2F}, {0.5F, 0.8F}, {0.95F, 0.5F}}) {
+            image<float> map(20, 20, 1, 0.7F);
+            fill(map, 6, 6, 6, 6, outer), fill(map, 8, 8, 2, 2, inner);
+            CHECK(merge_flakes(map, all(share, map), {}, {.min_size = 40}) == 2);
+            for (const float disparity : map) REQUIRE(disparity == 0.7F);
+        }
+}
+
+TEST_CASE("a map of flakes only does not change") {
+    image<float> map(20, 20);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 20; ++x) map(y, x) = (x + y) % 2 == 0 ? 0.2F : 0.8F;
+    const image<float> before = map;
+    CHECK(merge_flakes(map, all(of_back, map)) == 0);
+    CHECK((map == before));
+}
+
+TEST_CASE("after merging, no speck remains if any component is large") {
+    std::mt19937 random(7);
+    for (int round = 0; round < 300; ++round) {
+        image<float> map = random_map(random);
+        const flake_options options{.min_size = static_cast<std::int32_t>(random() % 12), .min_width = 0};
+        const auto sizes = [&] { return detail::component_sizes(detail::find_components(map, {})); };
+        const buffer<std::int32_t> before = sizes();
+        merge_flakes(map, all(random() % 2 == 0 ? of_back : of_front, map), {}, options);
+        if (std::none_of(before.begin(), before.end(), [&](std::int32_t size) { return size >= options.min_size; })) continue;
+        for (const std::int32_t size : sizes()) REQUIRE(size >= options.min_size);
+    }
 }
 
 TEST_CASE("an undecided flake gets the disparity of the side that it touches more") {

@@ -2,6 +2,7 @@
 #include "tests/support/errors.hpp"
 
 #include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/flakes.hpp>
 #include <ldi/depth/level_dips.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/network_decider.hpp>
@@ -35,6 +36,9 @@ TEST_CASE("every stage that reads a depth map refuses maps that do not have exac
     refuses("sharpen_edges", [](ldi::image<float>& map) { ldi::sharpen_edges(map); });
     refuses("weighted_median", [](ldi::image<float>& map) { ldi::weighted_median(map); });
     refuses("merge_middle_components", [](ldi::image<float>& map) { ldi::merge_middle_components(map); });
+    refuses("merge_flakes", [](ldi::image<float>& map) {
+        ldi::merge_flakes(map, ldi::image<std::uint8_t>(map.height(), map.width(), map.channels()));
+    });
     refuses("find_step_band", [](ldi::image<float>& map) { ldi::find_step_band(map); });
 }
 
@@ -51,6 +55,7 @@ TEST_CASE("stages that need finite disparities refuse infinity and NaN anywhere 
             refuses([&] { ldi::sharpen_edges(map); });
             refuses([&] { ldi::weighted_median(map); });
             refuses([&] { ldi::find_step_band(map); });
+            refuses([&] { ldi::merge_flakes(map, ldi::image<std::uint8_t>(12, 16)); });
             refuses([&] { ldi::resample_to_photo(map, photo); });
             refuses([&] { ldi::align_silhouettes(map, ldi::image<std::uint8_t>(12, 16, 3)); });
         }
@@ -70,6 +75,10 @@ TEST_CASE("stages that number pixels with 32 bits refuse 2^31 pixels before they
         };
         refuses([](ldi::image_view<float> map) { ldi::merge_middle_components(map); });
         refuses([](ldi::image_view<float> map) { ldi::find_step_band(map); });
+        refuses([&](ldi::image_view<float> map) {
+            const std::uint8_t share = 0;
+            ldi::merge_flakes(map, ldi::image_view<const std::uint8_t>(&share, rows, columns, 1));
+        });
         refuses([&](ldi::image_view<float> map) {
             const std::uint8_t color = 0;
             ldi::align_silhouettes(map, ldi::image_view<const std::uint8_t>(&color, rows, columns, 3));

@@ -1,4 +1,5 @@
 #include <ldi/photo3d/clean_depth.hpp>
+#include <ldi/photo3d/lift_photo.hpp>
 
 #include "tests/support/errors.hpp"
 
@@ -46,6 +47,18 @@ TEST_CASE("clean_depth() merges specks if the decider returns shares, and keeps 
     const ldi::given_disparity flat{ldi::image<float>(10, 15, 1, 0.5F)};
     CHECK(ldi::clean_depth(photo, flat, speck_decider{255}).disparity(7, 9) == 0.5F);
     CHECK(ldi::clean_depth(photo, flat, speck_decider{0}).disparity(7, 9) == 0.9F);
+}
+
+TEST_CASE("a curve that is long only for decided silhouettes remains only between these") {
+    const ldi::image<std::uint8_t> photo(40, 60, 3, std::uint8_t{90});
+    const ldi::given_disparity flat{ldi::image<float>(20, 30, 1, 0.5F)};
+    const auto curves = [&](std::uint8_t share) {
+        ldi::cleaned_photo cleaned = ldi::clean_depth(photo, flat, speck_decider{share});
+        for (std::size_t y = 10; y < 18; ++y) std::fill_n(cleaned.disparity.row(y) + 20, 8, 0.9F);  // 32 sides around 64 pixels
+        return ldi::lift_photo(cleaned).curves.size();  // samples of 2 pixels: from 40 sides, or from 16 if decided
+    };
+    CHECK(curves(1) == 1);
+    CHECK(curves(0) == 0);
 }
 
 TEST_CASE("a photo without pixels cannot be shrunk") {

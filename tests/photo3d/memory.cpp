@@ -75,11 +75,14 @@ const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 [[gnu::noinline]] void operator delete(void* block, std::size_t) noexcept { std::free(block); }
 #endif
 
-TEST_CASE("every stage and both networks allocate only from the caller's memory") {
+TEST_CASE("every stage and all three networks allocate only from the caller's memory") {
     const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "io/files/tiefenrausch_weights.safetensors");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");
+    const ldi::silhouette_network silhouettes =
+        ldi::load_silhouettes(tests.parent_path() / "examples/models/silhouettes.safetensors");
     std::mt19937 random(9);
     const ldi::image<float> map = ldi::testing::random_disparity(random, 48, 64);
+    const ldi::given_disparity coarse{ldi::testing::random_disparity(random, 24, 32)};
     const ldi::image<std::uint8_t> photo = noisy_photo(48, 64);
     ldi::thread_pool threads(3);
     ldi::testing::counted_memory own;
@@ -96,6 +99,8 @@ TEST_CASE("every stage and both networks allocate only from the caller's memory"
             serial = ldi::make_photo3d(photo, network_and_map{depth, map}, inpainter);
             CHECK(elsewhere.calls() == 0);
             parallel = ldi::make_photo3d(photo, network_and_map{depth, map}, inpainter, {}, threads);
+            CHECK(elsewhere.calls() == 0);
+            ldi::make_photo3d(photo, coarse, ldi::network_decider(&silhouettes), inpainter, {}, threads);
             CHECK(elsewhere.calls() == 0);
         }
         CHECK(own.blocks > 0);

@@ -337,6 +337,7 @@ def main():
         check_report("the program uses the silhouette network that it finds", [small, *coarse], {"silhouettes": decider}, found)
         check_report("alignment determines the silhouettes of a photo with a depth map of its size", [small, *depth], {"silhouettes": "alignment"}, found)
         check_report("alignment determines the silhouettes with --silhouette-model none", [small, *coarse, "--silhouette-model", "none"], {"silhouettes": "alignment"}, found)
+        run("a silhouette network is refused beside --preset paper", [small, *coarse, "--preset", "paper", "--silhouette-model", decider], ["--silhouette-model", "--preset paper"])
         check_report("--preset paper aligns silhouettes", [small, *coarse, "--preset", "paper"], {"silhouettes": "alignment"}, found)
         run("an inpainting network as a silhouette network is refused", [small, *depth, "--silhouette-model", weights], ["farbrausch_weights.safetensors", "a silhouette network", "found farbrausch"])
         run("a truncated silhouette network is refused", [small, *depth, "--silhouette-model", file(folder, "cut.safetensors", open(decider, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
@@ -353,7 +354,7 @@ def main():
         moved, both = shutil.copy(PROGRAM, alone), {"LDI_MODELS": models}
         shutil.copy(weights, os.path.join(other, "farbrausch.safetensors"))
         run("a photo without a depth map is refused if the program finds no weights", [small], ["--depth-model", "tiefenrausch_small.safetensors", "share/ldi/models"], program=moved)
-        check_report("without its weights, the program converts a photo with a depth map", [small, *depth], {"depth": small_depth, "silhouettes": "alignment", "inpainting": "diffusion"}, program=moved)
+        check_report("without its weights, the program converts a photo with a depth map", [small, *coarse], {"depth": coarse[1], "silhouettes": "alignment", "inpainting": "diffusion"}, program=moved)
         run("--inpaint network is refused if the program finds no weights", [small, *depth, "--inpaint", "network"], ["--inpainting-model", "farbrausch.safetensors", "share/ldi/models"], program=moved)
         check_report("the program finds weights through LDI_MODELS", [small], {name: os.path.join(models, file) for name, file in MODELS.items()}, both, moved)
         run("a missing folder in LDI_MODELS is refused", [small], ["LDI_MODELS", "no/such"], {"LDI_MODELS": "no/such"})

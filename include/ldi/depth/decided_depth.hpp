@@ -31,7 +31,8 @@ struct undecided_depth {
 struct decided_depth {
     image<float> disparity;  ///< H x W x 1
     /// H x W x 1, or empty. The value is 0 for pixels that were not decided, otherwise 1 + 254 * (share of the front surface in
-    /// the pixel). Pixels with a value of 128 or more belong to the front.
+    /// the pixel). Pixels with a value of 128 or more belong to the front. If the image is not empty, clean_depth() merges flakes
+    /// (depth/flakes.hpp) instead of middle components, and lift_photo() keeps shorter curves.
     image<std::uint8_t> shares;
 };
 

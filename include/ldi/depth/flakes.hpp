@@ -21,10 +21,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of merge_flakes(), for a depth map whose samples are one pixel wide. The defaults were tuned on forty photographs.
 struct flake_options {
-    /// Connected components with fewer pixels than this are flakes.
+    /// Connected components with fewer pixels than this are flakes; with 0 or 1, none is for its size.
     std::int32_t min_size = 20;
-    /// A larger component is a flake if it touches a nearer and a farther surface, each along at least an eighth of its border,
-    /// and if its mean width, which is twice its size divided by the length of its border, is below this many pixels; 0 or more.
+    /// A larger component is a flake if it touches a nearer and a farther surface, each along at least an eighth of its border
+    /// with other components, and if its mean width is below this many pixels; 0 or more. The mean width is twice the size
+    /// divided by the length of that border.
     float min_width = 4.0F;
 };
 
@@ -63,9 +64,9 @@ inline buffer<contacts> contacts_of_all(const image_components& components, std:
 
 /// Whether a component is narrow and lies between a nearer and a farther surface.
 inline bool is_narrow_middle(std::int32_t size, contacts touched, float min_width) {
-    const std::int32_t border = touched.nearer + touched.farther;
-    return border > 0 && (std::min)(touched.nearer, touched.farther) >= (border + 7) / 8 &&
-           2.0F * nearest_float(size) < min_width * nearest_float(border);
+    const std::int64_t border = std::int64_t{touched.nearer} + touched.farther;
+    return border > 0 && 8 * std::int64_t{(std::min)(touched.nearer, touched.farther)} >= border &&
+           2.0 * nearest_double(size) < double{min_width} * nearest_double(border);
 }
 
 /// A flake, in the order of merging.
@@ -75,13 +76,86 @@ struct flake {
     bool is_decided;        // has decided pixels
     float disparity;        // of its first pixel
 
-    /// Flakes of the back come first, the farthest of them first; then those of the front, the nearest first. Each flake then
-    /// takes the disparity of a surface, not the disparity of another flake that has yet to be merged.
+    /// Flakes of the back come first, the farthest of them first; then those of the front, the nearest first. In a stair of
+    /// flakes, each one then follows the flake from which it gets its disparities.
     friend bool operator<(const flake& a, const flake& b) {
         if (a.is_front != b.is_front) return b.is_front;
         if (a.disparity != b.disparity) return (a.disparity < b.disparity) != a.is_front;
         return a.component < b.component;
     }
+};
+
+/// Merges flakes in their order. A flake whose neighbors on the chosen side are all flakes, too, waits until one of them has
+/// been merged.
+class flake_merger {
+public:
+    /// flakes  in order
+    flake_merger(const image_components& components, std::int32_t component_count, const chosen_components& chosen,
+                 const buffer<flake>& flakes, image_view<float> disparity)
+        : chosen_(chosen),
+          flakes_(flakes),
+          merger_(components, chosen, disparity),
+          state_of_(static_cast<std::size_t>(component_count), merged),
+          flake_of_(chosen.labels.size(), 0) {
+        for (std::int32_t f = 0; f < flakes.count(); ++f) {
+            flake_of_[flakes[f].component] = f;
+            state_of_[label(f)] = ready;
+        }
+        if (!flakes.empty()) component_of_.resize(static_cast<std::size_t>(component_count), 0);
+        for (std::size_t c = 0; c < chosen.labels.size(); ++c) component_of_[chosen.labels[c]] = c;
+    }
+
+    /// Returns the number of merged flakes. Flakes remain only if the photo consists of nothing else.
+    std::size_t run() {
+        for (const bool takes_any_side : {false, true}) {
+            buffer<std::int32_t> queue;
+            for (std::int32_t f = 0; f < flakes_.count(); ++f)
+                if (state_of_[label(f)] != merged) state_of_[label(f)] = ready, queue.push_back(f);
+            for (std::int32_t i = 0; i < queue.count(); ++i) {
+                if (merge(queue[i], takes_any_side))
+                    wake_neighbors(queue[i], queue);
+                else
+                    state_of_[label(queue[i])] = waiting;
+            }
+        }
+        return count_;
+    }
+
+private:
+    enum state : std::uint8_t { merged, ready, waiting };  // `merged` is also the state of surfaces
+
+    std::int32_t label(std::int32_t f) const { return chosen_.labels[flakes_[f].component]; }
+
+    /// Returns false if the flake has no merged neighbor on the chosen side, or on any side if `takes_any_side`.
+    bool merge(std::int32_t f, bool takes_any_side) {
+        const flake& it = flakes_[f];
+        const auto is_merged = [&](std::int32_t other) { return state_of_[other] == merged; };
+        const contacts all = merger_.contacts_of(it.component, [](std::int32_t) { return true; });
+        const contacts usable = merger_.contacts_of(it.component, is_merged);
+        const bool prefers_nearer = it.is_decided ? it.is_front : all.nearer > all.farther;
+        bool to_nearer = all.farther == 0 || (prefers_nearer && all.nearer > 0);
+        if ((to_nearer ? usable.nearer : usable.farther) == 0) {
+            to_nearer = !to_nearer;
+            if (!takes_any_side || (to_nearer ? usable.nearer : usable.farther) == 0) return false;
+        }
+        merger_.merge(it.component, to_nearer, is_merged);
+        state_of_[label(f)] = merged, ++count_;
+        return true;
+    }
+
+    void wake_neighbors(std::int32_t f, buffer<std::int32_t>& queue) {
+        merger_.for_each_contact(flakes_[f].component, [&](std::int32_t, std::int32_t, float, std::int32_t other) {
+            if (state_of_[other] == waiting) state_of_[other] = ready, queue.push_back(flake_of_[component_of_[other]]);
+        });
+    }
+
+    const chosen_components& chosen_;
+    const buffer<flake>& flakes_;
+    component_merger merger_;
+    buffer<std::uint8_t> state_of_;     // per component of the photo
+    buffer<std::size_t> component_of_;  // per component of the photo: index in chosen_components, if it is a flake
+    buffer<std::int32_t> flake_of_;     // per chosen component
+    std::size_t count_ = 0;
 };
 
 }  // namespace detail
@@ -95,15 +169,17 @@ struct flake {
 /// A flake gets the disparities of its nearer neighbors if most of its decided pixels belong to the front surface, and those of
 /// its farther neighbors otherwise. If it has only nearer or only farther neighbors, it gets their disparities. If none of its
 /// pixels is decided, it gets the disparities of the group with which it shares more pixel sides. The disparities spread inward
-/// from the shared sides.
+/// from the shared sides. A flake inside another flake is merged after it. If the map consists of flakes only, it does not
+/// change.
 ///
 /// Time is linear, except for sorting the flakes and for binary searches, for each of their pixels, among the runs of a row.
-/// Memory is up to 70 bytes per pixel. Raises mismatch if an image has another shape, too_large for 2^31 pixels or more, and
-/// invalid_option for a min_width below 0.
+/// Memory is up to 100 bytes per pixel. Raises mismatch if an image has another shape, invalid_data for disparities that are not
+/// finite, too_large for 2^31 pixels or more, and invalid_option for a min_width below 0.
 inline std::size_t merge_flakes(image_view<float> disparity, image_view<const std::uint8_t> shares, surface_rule surface = {},
                                 const flake_options& options = {}) {
     detail::check_map(disparity, "merge_flakes");
     detail::check_pixel_count(disparity, "merge_flakes");
+    detail::check_finite(disparity, "merge_flakes");
     if (shares.height() != disparity.height() || shares.width() != disparity.width() || shares.channels() != disparity.channels())
         raise(error_code::mismatch, "merge_flakes, shares", detail::shape_text(disparity), detail::shape_text(shares));
     if (!(options.min_width >= 0.0F))
@@ -116,6 +192,7 @@ inline std::size_t merge_flakes(image_view<float> disparity, image_view<const st
     });
 
     buffer<detail::flake> flakes;
+    flakes.reserve(chosen.labels.size());
     for (std::size_t c = 0; c < chosen.labels.size(); ++c) {
         std::int32_t front = 0, back = 0;
         chosen.for_each_pixel(c, [&](std::int32_t i) {
@@ -126,15 +203,7 @@ inline std::size_t merge_flakes(image_view<float> disparity, image_view<const st
         flakes.push_back({c, front > back, front + back > 0, disparity(first / components.columns, first % components.columns)});
     }
     std::sort(flakes.begin(), flakes.end());
-    detail::component_merger merger(components, chosen, disparity);
-    std::size_t merged = 0;
-    for (const detail::flake& f : flakes) {
-        const detail::contacts now = merger.contacts_of(f.component);
-        if (now.nearer + now.farther == 0) continue;  // the flake is the whole photo
-        const bool prefers_nearer = f.is_decided ? f.is_front : now.nearer > now.farther;
-        merger.merge(f.component, now.farther == 0 || (prefers_nearer && now.nearer > 0)), ++merged;
-    }
-    return merged;
+    return detail::flake_merger(components, size.count(), chosen, flakes, disparity).run();
 }
 
 }}  // namespace ldi

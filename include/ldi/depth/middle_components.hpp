@@ -40,10 +40,11 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
         detail::choose_components(components, size.count(), [&](std::int32_t label) { return size[label] < options.min_size; });
     detail::component_merger merger(components, small_ones, disparity);
     std::size_t merged = 0;
+    constexpr auto any = [](std::int32_t) { return true; };
     for (std::size_t c = 0; c < small_ones.labels.size(); ++c) {
-        const detail::contacts touched = merger.contacts_of(c);
+        const detail::contacts touched = merger.contacts_of(c, any);
         if (touched.nearer == 0 || touched.farther == 0) continue;
-        merger.merge(c, touched.nearer > touched.farther), ++merged;
+        merger.merge(c, touched.nearer > touched.farther, any), ++merged;
     }
     return merged;
 }

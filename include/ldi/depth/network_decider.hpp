@@ -24,7 +24,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// (networks/silhouettes.hpp). The network must outlive the decider.
 ///
 ///     const ldi::silhouette_network network = ldi::load_silhouettes("silhouettes.safetensors");
-///     make_photo3d(photo, depth, ldi::network_decider(&network), inpainter);
+///     ldi::photo3d_options options;
+///     options.level = ldi::level_options();
+///     make_photo3d(photo, depth, ldi::network_decider(&network), inpainter, options);
 template <class Network>
 class network_decider {
 public:

@@ -118,8 +118,8 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
         },
         own.images);
-    // Silhouettes that a network decided follow the photo, so shorter curves are reliable. The factor was tuned by experiment:
-    // with 0.6, closed curves left walls at large steps, which opened holes in one of forty photographs.
+    // Decided silhouettes follow the photo, so shorter curves and their directions are reliable. The factor was tuned by
+    // experiment: with 0.6, closed curves left walls at large steps, which opened holes in one of forty photographs.
     constexpr float decided_curve_length = 0.4F;
     const float curve_scale = photo.shares.empty() ? sample : decided_curve_length * sample;
     result.curves =

@@ -38,7 +38,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components`, `flakes` and `curves` are in pixels,
 /// for a depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by
-/// the sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
+/// the sample's side and sizes by its area. Lengths in `curves` are only multiplied by 0.4 times the side if the
+/// silhouette_decider returns shares. paper_options() (photo3d/paper_options.hpp) returns the options of the paper.
 struct photo3d_options {
     /// Maximum long side in pixels, at least 1; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -61,8 +62,8 @@ struct photo3d_options {
     resample_options resample;
     weighted_median_options median;
     alignment_options alignment;
-    middle_component_options components;  ///< used unless a network decides the silhouettes
-    flake_options flakes;                 ///< used instead of `components` if a network decides the silhouettes
+    middle_component_options components;  ///< used if the silhouette_decider returns no shares
+    flake_options flakes;                 ///< used if the silhouette_decider returns shares
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;

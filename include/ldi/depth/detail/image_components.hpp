@@ -142,23 +142,38 @@ public:
         if (!chosen.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // Returns the current contacts of a chosen component.
-    contacts contacts_of(std::size_t component) const {
+    // Returns the current contacts of a chosen component with the components for which accepts(label) is true.
+    template <class Accepts>
+    contacts contacts_of(std::size_t component, Accepts&& accepts) const {
         contacts found;
-        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other) {
-            ++(other > disparity_(y, x) ? found.nearer : found.farther);
+        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other, std::int32_t label) {
+            if (accepts(label)) ++(other > disparity_(y, x) ? found.nearer : found.farther);
         });
         return found;
     }
 
-    // Replaces a component's disparities by those of its nearer or its farther neighbors, which must exist. They spread inward
-    // from the contacts.
-    void merge(std::size_t component, bool to_nearer) {
+    // Replaces a component's disparities by those of its nearer or its farther neighbors for which accepts(label) is true; there
+    // must be at least one. The disparities spread inward from the contacts.
+    template <class Accepts>
+    void merge(std::size_t component, bool to_nearer, Accepts&& accepts) {
         queue_.clear();
-        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other) {
-            if ((other > disparity_(y, x)) == to_nearer) reach(x, y, other);
+        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other, std::int32_t label) {
+            if (accepts(label) && (other > disparity_(y, x)) == to_nearer) reach(x, y, other);
         });
         spread(chosen_.labels[component]);
+    }
+
+    // Calls visit(x, y, disparity, label) for every pixel side on the component's boundary, with the component's pixel at the
+    // side, and with the disparity and the component across it.
+    template <class Visit>
+    void for_each_contact(std::size_t component, Visit&& visit) const {
+        const std::int32_t columns = components_.columns, own = chosen_.labels[component];
+        chosen_.for_each_pixel(component, [&](std::int32_t i) {
+            for_each_neighbor(i % columns, i / columns, [&](std::int32_t u, std::int32_t v) {
+                if (const std::int32_t label = components_.at(u, v); label != own)
+                    visit(i % columns, i / columns, disparity_(v, u), label);
+            });
+        });
     }
 
 private:
@@ -174,18 +189,6 @@ private:
             const std::int32_t u = x + step_x(s), v = y + step_y(s);
             if (u >= 0 && v >= 0 && u < components_.columns && v < components_.row_start.count() - 1) visit(u, v);
         }
-    }
-
-    // Calls visit(x, y, disparity) for every pixel side on the component's boundary, with the component's pixel at the side and
-    // the disparity across it.
-    template <class Visit>
-    void for_each_contact(std::size_t component, Visit&& visit) const {
-        const std::int32_t columns = components_.columns, label = chosen_.labels[component];
-        chosen_.for_each_pixel(component, [&](std::int32_t i) {
-            for_each_neighbor(i % columns, i / columns, [&](std::int32_t u, std::int32_t v) {
-                if (components_.at(u, v) != label) visit(i % columns, i / columns, disparity_(v, u));
-            });
-        });
     }
 
     // Assigns a value to a pixel unless it already has one.
