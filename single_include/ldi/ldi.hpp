@@ -15832,6 +15832,8 @@ chosen_components choose_components(const image_components& components, std::int
 // Number of pixel sides at which a component touches nearer pixels, and farther ones, of other components.
 struct contacts {
     std::int32_t nearer = 0, farther = 0;
+
+    void add(bool is_nearer) { ++(is_nearer ? nearer : farther); }
 };
 
 // Merges components one by one.
@@ -15840,16 +15842,6 @@ public:
     component_merger(const image_components& components, const chosen_components& chosen, image_view<float> disparity)
         : components_(components), chosen_(chosen), disparity_(disparity) {
         if (!chosen.labels.empty()) reached_.resize(disparity.height() * disparity.width());
-    }
-
-    // Returns the current contacts of a chosen component with the components for which accepts(label) is true.
-    template <class Accepts>
-    contacts contacts_of(std::size_t component, Accepts&& accepts) const {
-        contacts found;
-        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other, std::int32_t label) {
-            if (accepts(label)) ++(other > disparity_(y, x) ? found.nearer : found.farther);
-        });
-        return found;
     }
 
     // Replaces a component's disparities by those of its nearer or its farther neighbors for which accepts(label) is true; there
@@ -15864,7 +15856,7 @@ public:
     }
 
     // Calls visit(x, y, disparity, label) for every pixel side on the component's boundary, with the component's pixel at the
-    // side, and with the disparity and the component across it.
+    // side, and with the current disparity and the component across it.
     template <class Visit>
     void for_each_contact(std::size_t component, Visit&& visit) const {
         const std::int32_t columns = components_.columns, own = chosen_.labels[component];
@@ -15943,8 +15935,7 @@ inline buffer<contacts> contacts_of_all(const image_components& components, std:
     buffer<contacts> result(static_cast<std::size_t>(count));
     const auto touch = [&](std::int32_t a, std::int32_t b, float of_a, float of_b) {
         if (a == b) return;
-        ++(of_a > of_b ? result[a].farther : result[a].nearer);
-        ++(of_a > of_b ? result[b].nearer : result[b].farther);
+        result[a].add(of_b > of_a), result[b].add(of_a > of_b);
     };
     for (std::int32_t y = 0; y + 1 < components.row_start.count(); ++y) {
         const float* const here = disparity.row(y);
@@ -16000,23 +15991,20 @@ public:
                  const buffer<flake>& flakes, image_view<float> disparity)
         : chosen_(chosen),
           flakes_(flakes),
+          disparity_(disparity),
           merger_(components, chosen, disparity),
           state_of_(static_cast<std::size_t>(component_count), merged),
-          flake_of_(chosen.labels.size(), 0) {
-        for (std::int32_t f = 0; f < flakes.count(); ++f) {
-            flake_of_[flakes[f].component] = f;
-            state_of_[label(f)] = ready;
-        }
-        if (!flakes.empty()) component_of_.resize(static_cast<std::size_t>(component_count), 0);
-        for (std::size_t c = 0; c < chosen.labels.size(); ++c) component_of_[chosen.labels[c]] = c;
+          flake_of_(static_cast<std::size_t>(component_count), 0),
+          attempts_(flakes.size(), 0) {
+        for (std::int32_t f = 0; f < flakes.count(); ++f) flake_of_[label(f)] = f, state_of_[label(f)] = ready;
     }
 
-    /// Returns the number of merged flakes. Flakes remain only if the photo consists of nothing else.
+    /// Returns the number of merged flakes: all of them if any component is not a flake.
     std::size_t run() {
         for (const bool takes_any_side : {false, true}) {
             buffer<std::int32_t> queue;
             for (std::int32_t f = 0; f < flakes_.count(); ++f)
-                if (state_of_[label(f)] != merged) state_of_[label(f)] = ready, queue.push_back(f);
+                if (state_of_[label(f)] != merged) state_of_[label(f)] = ready, attempts_[f] = 0, queue.push_back(f);
             for (std::int32_t i = 0; i < queue.count(); ++i) {
                 if (merge(queue[i], takes_any_side))
                     wake_neighbors(queue[i], queue);
@@ -16030,14 +16018,23 @@ public:
 private:
     enum state : std::uint8_t { merged, ready, waiting };  // `merged` is also the state of surfaces
 
+    /// Maximum number of attempts to merge a flake with the chosen side. Keeps the time linear for large flakes among many small
+    /// ones.
+    static constexpr std::uint8_t max_attempts = 4;
+
     std::int32_t label(std::int32_t f) const { return chosen_.labels[flakes_[f].component]; }
 
     /// Returns false if the flake has no merged neighbor on the chosen side, or on any side if `takes_any_side`.
     bool merge(std::int32_t f, bool takes_any_side) {
+        ++attempts_[f];
         const flake& it = flakes_[f];
         const auto is_merged = [&](std::int32_t other) { return state_of_[other] == merged; };
-        const contacts all = merger_.contacts_of(it.component, [](std::int32_t) { return true; });
-        const contacts usable = merger_.contacts_of(it.component, is_merged);
+        contacts all, usable;
+        merger_.for_each_contact(it.component, [&](std::int32_t x, std::int32_t y, float there, std::int32_t other) {
+            const bool is_nearer = there > disparity_(y, x);
+            all.add(is_nearer);
+            if (is_merged(other)) usable.add(is_nearer);
+        });
         const bool prefers_nearer = it.is_decided ? it.is_front : all.nearer > all.farther;
         bool to_nearer = all.farther == 0 || (prefers_nearer && all.nearer > 0);
         if ((to_nearer ? usable.nearer : usable.farther) == 0) {
@@ -16051,16 +16048,18 @@ private:
 
     void wake_neighbors(std::int32_t f, buffer<std::int32_t>& queue) {
         merger_.for_each_contact(flakes_[f].component, [&](std::int32_t, std::int32_t, float, std::int32_t other) {
-            if (state_of_[other] == waiting) state_of_[other] = ready, queue.push_back(flake_of_[component_of_[other]]);
+            if (state_of_[other] != waiting || attempts_[flake_of_[other]] == max_attempts) return;
+            state_of_[other] = ready, queue.push_back(flake_of_[other]);
         });
     }
 
     const chosen_components& chosen_;
     const buffer<flake>& flakes_;
+    image_view<const float> disparity_;
     component_merger merger_;
-    buffer<std::uint8_t> state_of_;     // per component of the photo
-    buffer<std::size_t> component_of_;  // per component of the photo: index in chosen_components, if it is a flake
-    buffer<std::int32_t> flake_of_;     // per chosen component
+    buffer<std::uint8_t> state_of_;  // per component of the photo
+    buffer<std::int32_t> flake_of_;  // per component of the photo: index in flakes_, if it is a flake
+    buffer<std::uint8_t> attempts_;  // per flake
     std::size_t count_ = 0;
 };
 
@@ -16097,6 +16096,7 @@ inline std::size_t merge_flakes(image_view<float> disparity, image_view<const st
         return size[label] < options.min_size || detail::is_narrow_middle(size[label], touched[label], options.min_width);
     });
 
+    if (chosen.labels.size() == size.size()) return 0;  // there is no surface to merge with
     buffer<detail::flake> flakes;
     flakes.reserve(chosen.labels.size());
     for (std::size_t c = 0; c < chosen.labels.size(); ++c) {
@@ -16246,7 +16246,9 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
     std::size_t merged = 0;
     constexpr auto any = [](std::int32_t) { return true; };
     for (std::size_t c = 0; c < small_ones.labels.size(); ++c) {
-        const detail::contacts touched = merger.contacts_of(c, any);
+        detail::contacts touched;
+        merger.for_each_contact(
+            c, [&](std::int32_t x, std::int32_t y, float other, std::int32_t) { touched.add(other > disparity(y, x)); });
         if (touched.nearer == 0 || touched.farther == 0) continue;
         merger.merge(c, touched.nearer > touched.farther, any), ++merged;
     }

@@ -42,7 +42,9 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
     std::size_t merged = 0;
     constexpr auto any = [](std::int32_t) { return true; };
     for (std::size_t c = 0; c < small_ones.labels.size(); ++c) {
-        const detail::contacts touched = merger.contacts_of(c, any);
+        detail::contacts touched;
+        merger.for_each_contact(
+            c, [&](std::int32_t x, std::int32_t y, float other, std::int32_t) { touched.add(other > disparity(y, x)); });
         if (touched.nearer == 0 || touched.farther == 0) continue;
         merger.merge(c, touched.nearer > touched.farther, any), ++merged;
     }

@@ -132,6 +132,8 @@ chosen_components choose_components(const image_components& components, std::int
 // Number of pixel sides at which a component touches nearer pixels, and farther ones, of other components.
 struct contacts {
     std::int32_t nearer = 0, farther = 0;
+
+    void add(bool is_nearer) { ++(is_nearer ? nearer : farther); }
 };
 
 // Merges components one by one.
@@ -140,16 +142,6 @@ public:
     component_merger(const image_components& components, const chosen_components& chosen, image_view<float> disparity)
         : components_(components), chosen_(chosen), disparity_(disparity) {
         if (!chosen.labels.empty()) reached_.resize(disparity.height() * disparity.width());
-    }
-
-    // Returns the current contacts of a chosen component with the components for which accepts(label) is true.
-    template <class Accepts>
-    contacts contacts_of(std::size_t component, Accepts&& accepts) const {
-        contacts found;
-        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other, std::int32_t label) {
-            if (accepts(label)) ++(other > disparity_(y, x) ? found.nearer : found.farther);
-        });
-        return found;
     }
 
     // Replaces a component's disparities by those of its nearer or its farther neighbors for which accepts(label) is true; there
@@ -164,7 +156,7 @@ public:
     }
 
     // Calls visit(x, y, disparity, label) for every pixel side on the component's boundary, with the component's pixel at the
-    // side, and with the disparity and the component across it.
+    // side, and with the current disparity and the component across it.
     template <class Visit>
     void for_each_contact(std::size_t component, Visit&& visit) const {
         const std::int32_t columns = components_.columns, own = chosen_.labels[component];
