@@ -36,7 +36,6 @@ inline buffer<contacts> contacts_of_all(const image_components& components, std:
                                         image_view<const float> disparity) {
     buffer<contacts> result(static_cast<std::size_t>(count));
     const auto touch = [&](std::int32_t a, std::int32_t b, float of_a, float of_b) {
-        if (a == b) return;
         result[a].add(of_b > of_a), result[b].add(of_a > of_b);
     };
     for (std::int32_t y = 0; y + 1 < components.row_start.count(); ++y) {
@@ -44,19 +43,16 @@ inline buffer<contacts> contacts_of_all(const image_components& components, std:
         const std::int32_t row = y * components.columns, first = components.row_start[y], last = components.row_start[y + 1];
         for (std::int32_t r = first + 1; r < last; ++r) {
             const std::int32_t x = components.runs[r].first - row;
-            touch(components.label[r - 1], components.label[r], here[x - 1], here[x]);
+            if (components.label[r - 1] != components.label[r])
+                touch(components.label[r - 1], components.label[r], here[x - 1], here[x]);
         }
         if (y == 0) continue;
         const float* const over = disparity.row(y - 1);
-        for (std::int32_t above = components.row_start[y - 1], run = first; above < first && run < last;) {
-            const pixel_run &a = components.runs[above], &b = components.runs[run];
-            if (components.label[above] != components.label[run])
-                for (std::int32_t x = (std::max)(a.first + components.columns, b.first) - row;
-                     x < (std::min)(a.last + components.columns, b.last) - row; ++x)
-                    touch(components.label[above], components.label[run], over[x], here[x]);
-            const bool above_ends = a.last + components.columns <= b.last, here_ends = b.last <= a.last + components.columns;
-            above += above_ends ? 1 : 0, run += here_ends ? 1 : 0;
-        }
+        for_each_overlap(components.runs, components.row_start, last, y, components.columns,
+                         [&](std::int32_t above, std::int32_t run, std::int32_t left, std::int32_t right) {
+                             const std::int32_t a = components.label[above], b = components.label[run];
+                             for (std::int32_t x = left; x < right && a != b; ++x) touch(a, b, over[x], here[x]);
+                         });
     }
     return result;
 }

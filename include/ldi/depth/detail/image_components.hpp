@@ -43,37 +43,43 @@ inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_
     return end;
 }
 
+// Calls visit(above, run, first, last) for every run of row `y`, 1 or more, and every run of the row above that share columns:
+// those from `first` to before `last`. The runs of row `y` may be the last ones.
+template <class Visit>
+void for_each_overlap(const buffer<pixel_run>& runs, const buffer<std::int32_t>& row_start, std::int32_t last_run, std::int32_t y,
+                      std::int32_t columns, Visit&& visit) {
+    const std::int32_t row = y * columns, here = row_start[y];
+    for (std::int32_t above = row_start[y - 1], run = here; above < here && run < last_run;) {
+        const std::int32_t first = runs[above].first + columns, last = runs[above].last + columns;
+        visit(above, run, (std::max)(first, runs[run].first) - row, (std::min)(last, runs[run].last) - row);
+        const bool above_ends = last <= runs[run].last, here_ends = runs[run].last <= last;
+        above += above_ends ? 1 : 0, run += here_ends ? 1 : 0;
+    }
+}
+
 inline image_components find_components(image_view<const float> disparity, surface_rule surface) {
     const std::int32_t rows = static_cast<std::int32_t>(disparity.height()),
                        columns = static_cast<std::int32_t>(disparity.width());
     image_components found;
     found.columns = columns;
     disjoint_sets sets;
-    std::int32_t above_first = 0, above_last = 0;
     for (std::int32_t y = 0; y < rows; ++y) {
         const float* here = disparity.row(y);
-        const std::int32_t first = found.runs.count();
-        found.row_start.push_back(first);
+        found.row_start.push_back(found.runs.count());
         for (std::int32_t start = 0, end; start < columns; start = end) {
             end = end_of_run(here, start, columns, surface);
             found.runs.push_back({y * columns + start, y * columns + end});
             sets.add();
         }
         // Overlapping runs of two rows are connected if any pair of pixels in the overlap is linked.
-        for (std::int32_t above = above_first, run = first; above < above_last && run < found.runs.count();) {
-            const pixel_run &a = found.runs[above], &b = found.runs[run];
-            const float* over = disparity.row(y - 1);
-            const std::int32_t row = y * columns, row_above = row - columns;
-            for (std::int32_t x = (std::max)(a.first - row_above, b.first - row);
-                 x < (std::min)(a.last - row_above, b.last - row); ++x)
-                if (surface.same_surface(here[x], over[x])) {
-                    sets.merge(above, run);
-                    break;
-                }
-            const bool above_ends = a.last + columns <= b.last, here_ends = b.last <= a.last + columns;
-            above += above_ends ? 1 : 0, run += here_ends ? 1 : 0;
-        }
-        above_first = first, above_last = found.runs.count();
+        if (y == 0) continue;
+        const float* over = disparity.row(y - 1);
+        for_each_overlap(found.runs, found.row_start, found.runs.count(), y, columns,
+                         [&](std::int32_t above, std::int32_t run, std::int32_t first, std::int32_t last) {
+                             std::int32_t x = first;
+                             while (x < last && !surface.same_surface(here[x], over[x])) ++x;
+                             if (x < last) sets.merge(above, run);
+                         });
     }
     found.row_start.push_back(found.runs.count());
     sets.number(found.label);
