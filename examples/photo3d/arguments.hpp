@@ -42,8 +42,12 @@ struct arguments {
     video_options video;
     compression_choice compression;
 
-    /// Options for reading photos and the depth inside them.
-    photo_options reading() const { return {{}, formats.empty() ? picture_formats() : *picture_formats::parse(formats)}; }
+    /// Options for reading photos and the depth inside them. The networks see photos of at least the default size.
+    photo_options reading() const {
+        return {{},
+                formats.empty() ? picture_formats() : *picture_formats::parse(formats),
+                std::max(long_side, photo3d_options().long_side)};
+    }
 
     std::optional<ldi::arithmetic> inpainting_arithmetic() const {
         if (arithmetic.empty()) return {};

@@ -14,6 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     ldi::photo_options options;
     options.limits.max_pixels = std::size_t{1} << 20, options.limits.max_scanned_samples = 1 << 24;
     options.limits.max_memory = 200'000'000;
+    options.long_side = size % 2 == 0 ? 0 : 16;
     try {
         const ldi::photo_with_depth found = ldi::decode_photo_with_depth(bytes, options);
         // The reader can estimate every file that it can decode. An error here ends the fuzzer.

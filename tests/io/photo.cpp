@@ -4,7 +4,9 @@
 #include <ldi/io/picture.hpp>
 #include <tests/support/files.hpp>
 
+#include <algorithm>
 #include <array>
+#include <random>
 
 using namespace ldi;
 using namespace ldi::testing;
@@ -33,6 +35,21 @@ image<std::uint8_t> stored_in(unsigned orientation, const image<std::uint8_t>& u
 byte_string rows_of(const image<std::uint8_t>& picture) {
     const std::byte* const first = reinterpret_cast<const std::byte*>(picture.data());
     return byte_string(first, first + picture.size());
+}
+
+/// Divides both sides of a picture, rounded up, and returns the means of its blocks.
+image<std::uint8_t> means_of_blocks(const image<std::uint8_t>& picture, std::size_t divisor) {
+    image<std::uint8_t> result((picture.height() + divisor - 1) / divisor, (picture.width() + divisor - 1) / divisor, 3);
+    for (std::size_t y = 0; y < result.height(); ++y)
+        for (std::size_t x = 0; x < result.width(); ++x)
+            for (std::size_t c = 0; c < 3; ++c) {
+                std::size_t sum = 0, count = 0;
+                for (std::size_t v = y * divisor; v < std::min((y + 1) * divisor, picture.height()); ++v)
+                    for (std::size_t u = x * divisor; u < std::min((x + 1) * divisor, picture.width()); ++u)
+                        sum += picture(v, u, c), ++count;
+                result(y, x, c) = static_cast<std::uint8_t>((2 * sum + count) / (2 * count));
+            }
+    return result;
 }
 
 byte_string rgb_png(const image<std::uint8_t>& picture, const byte_string& extra = {}) {
@@ -95,6 +112,36 @@ TEST_CASE("gray, palette, 1-bit, 16-bit and transparent PNG files are converted 
     CHECK(pixel(clear, 0) == color{255, 255, 255});
     CHECK(pixel(clear, 1) == color{'a', 'b', 'c'});
     CHECK(pixel(clear, 2) == color{223, 224, 224});  // an opacity of 0x33 is one fifth: 255 - (255 - 97) / 5 and so on
+}
+
+TEST_CASE("a photo is reduced to half, a quarter or an eighth, but not below the pixels that the caller needs") {
+    std::mt19937 random(11);
+    for (int i = 0; i < 300; ++i) {
+        const std::size_t height = 1 + random() % 150, width = 1 + random() % 150, longer = std::max(height, width);
+        const std::size_t needed = random() % 160, channels = i % 4 == 0 ? 1 : 3;
+        std::size_t divisor = 1;
+        while (needed > 0 && divisor < 8 && (longer + 2 * divisor - 1) / (2 * divisor) >= needed) divisor *= 2;
+        const bool is_subsampled = i % 2 == 0;
+        const byte_string jpeg = encode_jpeg(smooth_picture(height, width, channels), is_subsampled ? 85 : 95);
+        const byte_string file = jpeg_with_exif(jpeg, exif_bytes(1 + random() % 8, 26));
+        const image<std::uint8_t> whole = decode_photo(file).color, reduced = decode_photo(file, {.long_side = needed}).color;
+        INFO(width << " x " << height << ", " << needed << " needed, divisor " << divisor);
+        REQUIRE(reduced.height() == (whole.height() + divisor - 1) / divisor);
+        REQUIRE(reduced.width() == (whole.width() + divisor - 1) / divisor);
+        // With subsampled chroma, the reduced picture has sharper colors than the means. A smaller last block is at the other end
+        // if the photo is turned after it is reduced.
+        if (!is_subsampled && height % divisor == 0 && width % divisor == 0)
+            CHECK(largest_difference(reduced, means_of_blocks(whole, divisor)) <= 6);
+    }
+    const image<std::uint8_t> picture = smooth_picture(40, 60, 3);
+    CHECK(decode_photo(encode_png(picture), {.long_side = 10}).color.width() == 60);
+    CHECK(load_photo(files / "progressive.jpg", {.long_side = 12}).color.width() == 12);
+    for (const char* name : {"cmyk.jpg", "ycck.jpg", "progressive.jpg"})
+        for (const std::size_t divisor : {2, 4, 8}) {
+            const image<std::uint8_t> whole = load_photo(files / name).color;
+            const image<std::uint8_t> reduced = load_photo(files / name, {.long_side = whole.width() / divisor}).color;
+            CHECK(largest_difference(reduced, means_of_blocks(whole, divisor)) == 0);
+        }
 }
 
 TEST_CASE("photos of one pixel are decoded") {
@@ -187,6 +234,7 @@ TEST_CASE("a truncated photo is always refused") {
         for (std::size_t size = 0; size < file.size(); ++size) {
             const std::optional<error_code> code = raised([&] { decode_photo(std::span(file).first(size)); });
             REQUIRE((code == error_code::invalid_data || (code == error_code::unsupported && size < 8)));
+            REQUIRE(raised([&] { decode_photo(std::span(file).first(size), {.long_side = 10}); }) == code);
         }
 }
 
@@ -272,7 +320,7 @@ TEST_CASE("thousands of damaged photos raise an error or are decoded") {
             byte_string file = damaged_copy(original, random);
             if (file.size() > 8 && file[1] == std::byte{'P'}) file = with_right_checksums(file);
             const std::optional<error_code> code = raised([&] {
-                const photo p = decode_photo(file, {.limits = {.max_pixels = 1 << 20}});
+                const photo p = decode_photo(file, {.limits = {.max_pixels = 1 << 20}, .long_side = std::size_t{random() % 16}});
                 REQUIRE(p.color.size() > 0);
             });
             ++(code ? refused : decoded);

@@ -19,6 +19,9 @@
 #if defined(LDI_WITH_LIBHEIF)
 #include <ldi/io/detail/heif_file.hpp>
 #endif
+#if defined(LDI_WITH_LIBJPEG)
+#include <ldi/io/detail/jpeg_decoder.hpp>
+#endif
 #if defined(LDI_WITH_LIBWEBP)
 #include <ldi/io/detail/webp_photo.hpp>
 #endif
@@ -44,6 +47,10 @@ struct photo {
 struct photo_options {
     picture_limits limits = {};
     picture_formats formats = {};  ///< formats that may be read, for the photo and for the depth inside it
+    /// Pixels that the caller needs along the photo's longer side; 0 means all. If the photo has at least twice as many, both
+    /// sides are divided by 2, 4 or 8 and rounded up, but the longer side keeps at least `long_side` pixels. Afterward, the photo
+    /// takes less time and memory. PNG files are not reduced, because one half may be depth, nor are pictures with opacity.
+    std::size_t long_side = 0;
 };
 
 inline namespace LDI_READERS {
@@ -127,22 +134,6 @@ inline bool is_plain(std::span<const std::byte> bytes) {
     return is_jpeg(bytes) || is_png(bytes) || is_gif(bytes) || is_bmp(bytes);
 }
 
-/// Decodes a JPEG, PNG, GIF or BMP file.
-///
-/// header  header of the file; a decoding_budget must have granted the picture's memory
-inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
-    stored_photo photo;
-    std::vector<std::byte> changed;
-    if (header.format == picture_format::gif) changed = plain_gif(bytes);
-    if (header.format == picture_format::bmp && bmp_gap(bytes) > 0) changed = plain_bmp(bytes);
-    photo.picture = decode_picture<std::uint8_t>(changed.empty() ? bytes : changed, header, where);
-    const exif_facts facts = read_exif(header.exif);
-    photo.orientation = facts.orientation, photo.focal_length_35mm = facts.focal_length_35mm;
-    photo.profile.icc =
-        header.format == picture_format::png ? png_profile(header.profile_chunk) : jpeg_profile(header.extensions);
-    return photo;
-}
-
 }  // namespace detail
 
 namespace detail::inline LDI_READERS {
@@ -196,8 +187,32 @@ inline picture_header take_photo_header(std::span<const std::byte> bytes, decodi
     refuse_format(bytes, where);
 }
 
+/// Decodes a JPEG, PNG, GIF or BMP file.
+///
+/// header     header of the file; a decoding_budget must have granted the picture's memory
+/// long_side  see photo_options; only JPEG files are reduced, and only by libjpeg
+inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture_header& header,
+                                 [[maybe_unused]] std::size_t long_side, const std::string& where) {
+    stored_photo photo;
+    std::vector<std::byte> changed;
+    if (header.format == picture_format::gif) changed = plain_gif(bytes);
+    if (header.format == picture_format::bmp && bmp_gap(bytes) > 0) changed = plain_bmp(bytes);
+#if defined(LDI_WITH_LIBJPEG)
+    const std::size_t divisor = is_jpeg(bytes) ? divisor_for(long_side, header.height, header.width) : 1;
+    if (divisor > 1) photo.picture = jpeg_decoder().decode(bytes, header.height, header.width, divisor);
+    photo.is_reduced = photo.picture.samples != nullptr;
+#endif
+    if (!photo.picture.samples) photo.picture = decode_picture<std::uint8_t>(changed.empty() ? bytes : changed, header, where);
+    const exif_facts facts = read_exif(header.exif);
+    photo.orientation = facts.orientation, photo.focal_length_35mm = facts.focal_length_35mm;
+    photo.profile.icc =
+        header.format == picture_format::png ? png_profile(header.profile_chunk) : jpeg_profile(header.extensions);
+    return photo;
+}
+
 /// Decodes a photo. The file's first bytes determine the format. Raises the errors of decode_photo().
-inline stored_photo decode_stored(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+inline stored_photo decode_stored(std::span<const std::byte> bytes, decoding_budget& budget,
+                                  [[maybe_unused]] std::size_t long_side, const std::string& where) {
 #if defined(LDI_WITH_LIBHEIF)
     if (is_heif(bytes)) return decode_heif(bytes, budget, where);
 #endif
@@ -208,11 +223,16 @@ inline stored_photo decode_stored(std::span<const std::byte> bytes, decoding_bud
     if (is_tiff(bytes)) return decode_tiff(bytes, budget, where);
 #endif
     if (!is_plain(bytes)) refuse_format(bytes, where);
-    return decode_plain(bytes, take_photo_header(bytes, budget, where), where);
+    return decode_plain(bytes, take_photo_header(bytes, budget, where), long_side, where);
 }
 
-inline photo decode_photo_within(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
-    const stored_photo stored = decode_stored(bytes, budget, where);
+/// long_side  see photo_options
+inline photo decode_photo_within(std::span<const std::byte> bytes, decoding_budget& budget, std::size_t long_side,
+                                 const std::string& where) {
+    stored_photo stored = decode_stored(bytes, budget, long_side, where);
+    const bool is_opaque = stored.picture.channels == 1 || stored.picture.channels == 3;
+    if (is_opaque && !stored.is_reduced && !is_png(bytes))
+        average_blocks(stored.picture, divisor_for(long_side, stored.picture.height, stored.picture.width));
     photo result;
     result.focal_length_35mm = stored.focal_length_35mm;
     result.color = upright_color(stored);
@@ -227,7 +247,7 @@ inline namespace LDI_READERS {
 
 inline photo decode_photo(std::span<const std::byte> bytes, const photo_options& options, const std::string& where) {
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
-    return detail::decode_photo_within(bytes, budget, where);
+    return detail::decode_photo_within(bytes, budget, options.long_side, where);
 }
 
 inline decoding_estimate estimate_photo(std::span<const std::byte> bytes, const photo_options& options,

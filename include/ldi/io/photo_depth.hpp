@@ -240,7 +240,7 @@ photo_with_depth decode_photo_with(ReadMap&& read_map, std::span<const std::byte
     map_options.formats = options.formats;
     decoding_budget budget(options.limits, options.formats, bytes.size());
     photo_with_depth result;
-    result.photo = decode_photo_within(bytes, budget, where);
+    result.photo = decode_photo_within(bytes, budget, options.long_side, where);
     try_depth(result, map_where, [&] { return photo_depth{read_map(map_options), false, false, true, map_where}; });
     if (result.depth) return result;
     const std::string refused = std::move(result.refused);
@@ -258,7 +258,7 @@ inline photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes
                                                 const std::string& where) {
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
     photo_with_depth result;
-    result.photo = detail::decode_photo_within(bytes, budget, where);
+    result.photo = detail::decode_photo_within(bytes, budget, options.long_side, where);
     detail::add_stored_depth(result, bytes, budget, where);
     return result;
 }

@@ -1,6 +1,6 @@
 // Names the optional libraries of ldi::io. CMake defines a macro for each library that it finds: LDI_WITH_LIBHEIF (HEIC, AVIF),
 // LDI_WITH_LIBWEBP, LDI_WITH_LIBTIFF, LDI_WITH_LCMS2 (color profiles), LDI_WITH_PUGIXML (XMP, which describes the depth in
-// photos from phones), LDI_WITH_LIBJPEG (writes JPEG faster).
+// photos from phones), LDI_WITH_LIBJPEG (writes JPEG faster, and reads large JPEG files faster).
 //
 // Functions whose code depends on these libraries are in the inline namespace LDI_READERS. The name of this namespace lists the
 // libraries, so that the linker never merges different versions of a function.

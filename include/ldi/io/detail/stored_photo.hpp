@@ -2,6 +2,7 @@
 // photo.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/io/detail/picture_decoder.hpp>
 
@@ -37,6 +38,7 @@ struct color_profile {
 
 struct stored_photo {
     decoded_picture<std::uint8_t> picture;
+    bool is_reduced = false;                 ///< whether the decoder has divided the sides (photo_options::long_side)
     unsigned orientation = 1;                ///< 1 to 8, as in EXIF; 1 is upright
     std::optional<float> focal_length_35mm;  ///< in millimeters
     color_profile profile;
@@ -52,6 +54,41 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
               "memory for " + std::to_string(width) + " x " + std::to_string(height) + " pixels", "too little memory");
     picture.height = height, picture.width = width, picture.channels = channels;
     return picture;
+}
+
+/// Returns by how much the sides of a picture can be divided so that the longer side keeps at least `long_side` pixels: 1, 2, 4
+/// or
+/// 8. Returns 1 if long_side is 0.
+inline std::size_t divisor_for(std::size_t long_side, std::size_t height, std::size_t width) {
+    std::size_t divisor = 1;
+    while (long_side > 0 && divisor < 8 && ((std::max)(height, width) - 1) / (2 * divisor) + 1 >= long_side) divisor *= 2;
+    return divisor;
+}
+
+/// Divides both sides of a picture, rounded up: replaces each block of divisor x divisor pixels by its mean, in place. Blocks at
+/// the right and lower border may be smaller.
+inline void average_blocks(decoded_picture<std::uint8_t>& picture, std::size_t divisor) {
+    if (divisor <= 1) return;
+    const std::size_t height = (picture.height - 1) / divisor + 1, width = (picture.width - 1) / divisor + 1;
+    const std::size_t channels = picture.channels;
+    std::uint8_t* to = picture.samples.get();
+    buffer<std::uint32_t> sums(width * channels);
+    for (std::size_t y = 0; y < height; ++y) {
+        std::fill(sums.begin(), sums.end(), 0U);
+        const std::size_t first = y * divisor, rows = (std::min)(divisor, picture.height - first);
+        for (std::size_t row = first; row < first + rows; ++row) {
+            const std::uint8_t* from = picture.samples.get() + row * picture.width * channels;
+            for (std::size_t x = 0; x < width; ++x)
+                for (std::size_t i = x * divisor; i < (std::min)((x + 1) * divisor, picture.width); ++i, from += channels)
+                    for (std::size_t c = 0; c < channels; ++c) sums[x * channels + c] += from[c];
+        }
+        for (std::size_t x = 0; x < width; ++x) {
+            const auto count = static_cast<std::uint32_t>(rows * (std::min)(divisor, picture.width - x * divisor));
+            for (std::size_t c = 0; c < channels; ++c)
+                *to++ = static_cast<std::uint8_t>((sums[x * channels + c] + count / 2) / count);
+        }
+    }
+    picture.height = height, picture.width = width;
 }
 
 /// Composites RGBA samples on white, and packs them as RGB, in place. Their colors are premultiplied by alpha.
