@@ -321,6 +321,35 @@ TEST_CASE("add_texture() returns the same colors for any number of threads") {
     }
 }
 
+TEST_CASE("the search divides unknown cells into ascending parts that no link connects, and searches all of them") {
+    std::mt19937 random(13);
+    std::size_t connected = 0;
+    for (int round = 0; round < 300; ++round) {
+        const testing::random_layers made = testing::random_graph(random, 30);
+        buffer<std::uint8_t> known(made.topology().size());
+        for (std::uint8_t& k : known) k = testing::chance(random, 50) ? 1 : 0;
+        const detail::texture_cells cells = detail::find_texture_cells(made.topology(), known, 8, 3);
+        for (const std::size_t threads : {1U, 2U, 5U}) {
+            const buffer<buffer<std::int32_t>> parts = cells.independent_parts(threads);
+            buffer<std::int32_t> part_of(cells.pixel.size(), no_pixel);
+            for (std::int32_t p = 0; p < parts.count(); ++p) {
+                REQUIRE(std::is_sorted(parts[p].begin(), parts[p].end()));
+                for (const std::int32_t cell : parts[p]) REQUIRE(std::exchange(part_of[cell], p) == no_pixel);
+            }
+            for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+                REQUIRE((part_of[cell] != no_pixel) == cells.is_unknown(cell));
+                for (const side s : all_sides) {
+                    const std::int32_t n = cells.neighbor(cell, s);
+                    if (n == no_pixel || !cells.is_unknown(cell) || !cells.is_unknown(n)) continue;
+                    REQUIRE(part_of[n] == part_of[cell]);
+                    ++connected;
+                }
+            }
+        }
+    }
+    CHECK(connected > 1000);
+}
+
 TEST_CASE("unknown pixels without similar known colors receive grain, and so do all pixels if the texture's strength is 0") {
     std::mt19937 random(7);
     photo_layers layers = around_a_band(

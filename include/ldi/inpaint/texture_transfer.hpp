@@ -61,7 +61,7 @@ public:
         : options_(options),
           cells_(std::move(cells)),
           looks_(look_at(cells_, color, threads)),
-          source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds)) {}
+          source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds, threads)) {}
 
     /// Width of the cells' margin in steps; the blur and the taps of source cells read the margin.
     static constexpr int margin = 3;
@@ -133,16 +133,19 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
         [&] { found = detail::find_texture_cells(g, known, options.reach, detail::texture_transfer::margin); });
     const detail::texture_transfer transfer(g, std::move(found), layers.template column<color_column>(), options, threads);
     const detail::texture_cells& cells = transfer.cells();
-    std::int32_t next = 0;
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-        if (!cells.is_unknown(cell)) continue;
-        const std::int32_t pixel = cells.pixel[cell];
-        const float noise = around[next++], likeness = transfer.likeness(cell);
-        const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x()[pixel], g.y()[pixel]);
-        const detail::texture_color texture = transfer.texture(cell, noise);
-        const auto color = layers.template at<color_column>(pixel);
-        for (std::size_t c = 0; c < 3; ++c) color[c] = detail::rounded_to_byte(color[c] + likeness * texture[c] + rest);
-    }
+    parallel_for(threads, cells.kinds.size(), 8192, [&](std::size_t first, std::size_t last) {
+        auto next = std::count(cells.kinds.begin(), cells.kinds.begin() + first, detail::texture_cells::kind::unknown);
+        for (std::size_t c = first; c < last; ++c) {
+            const auto cell = static_cast<std::int32_t>(c);
+            if (!cells.is_unknown(cell)) continue;
+            const std::int32_t pixel = cells.pixel[cell];
+            const float noise = around[next++], likeness = transfer.likeness(cell);
+            const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x()[pixel], g.y()[pixel]);
+            const detail::texture_color texture = transfer.texture(cell, noise);
+            const auto color = layers.template at<color_column>(pixel);
+            for (std::size_t k = 0; k < 3; ++k) color[k] = detail::rounded_to_byte(color[k] + likeness * texture[k] + rest);
+        }
+    });
 }
 
 }}  // namespace ldi

@@ -8,6 +8,7 @@
 #include <ldi/core/other_bytes.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -51,7 +52,58 @@ struct texture_cells {
         return follow(below, far_below, cell, steps);
     }
 
+    /// Divides the unknown cells into parts that no link connects, ascending in each part. The parts are about equally large if
+    /// no connected group of unknown cells is larger than the others together.
+    ///
+    /// threads  number of threads that will process the parts; one thread gets a single part
+    buffer<buffer<std::int32_t>> independent_parts(std::size_t threads) const {
+        constexpr std::size_t parts_per_thread = 4;
+        buffer<buffer<std::int32_t>> parts(threads > 1 ? parts_per_thread * threads : 1);
+        if (threads <= 1) {
+            for (std::int32_t cell = 0; cell < count(); ++cell)
+                if (is_unknown(cell)) parts[0].push_back(cell);
+            return parts;
+        }
+        const buffer<std::int32_t> groups = linked_groups();
+        buffer<std::int32_t> sizes(groups.size()), largest_first;
+        for (const std::int32_t group : groups)
+            if (group != no_pixel && ++sizes[group] == 1) largest_first.push_back(group);
+        std::sort(largest_first.begin(), largest_first.end(),
+                  [&](std::int32_t a, std::int32_t b) { return sizes[a] != sizes[b] ? sizes[a] > sizes[b] : a < b; });
+        buffer<std::int32_t> filled(parts.size()), part_of = sizes;
+        for (const std::int32_t group : largest_first) {
+            const auto emptiest = std::min_element(filled.begin(), filled.end());
+            part_of[group] = static_cast<std::int32_t>(emptiest - filled.begin());
+            *emptiest += sizes[group];
+        }
+        for (std::int32_t cell = 0; cell < count(); ++cell)
+            if (is_unknown(cell)) parts[part_of[groups[cell]]].push_back(cell);
+        return parts;
+    }
+
 private:
+    /// Returns the first cell of each unknown cell's group, the unknown cells that links connect; no_pixel for other cells.
+    buffer<std::int32_t> linked_groups() const {
+        buffer<std::int32_t> first(pixel.size(), no_pixel);
+        const auto group_of = [&](std::int32_t cell) {
+            while (first[cell] != cell) cell = first[cell] = first[first[cell]];
+            return cell;
+        };
+        for (std::int32_t cell = 0; cell < count(); ++cell) {
+            if (!is_unknown(cell)) continue;
+            first[cell] = cell;
+            for (const side s : {side::left, side::up}) {
+                const std::int32_t n = neighbor(cell, s);
+                if (n == no_pixel || !is_unknown(n)) continue;
+                const std::int32_t a = group_of(cell), b = group_of(n);
+                first[(std::max)(a, b)] = (std::min)(a, b);
+            }
+        }
+        for (std::int32_t cell = 0; cell < count(); ++cell)
+            if (is_unknown(cell)) first[cell] = group_of(cell);
+        return first;
+    }
+
     static std::int32_t follow(const buffer<std::int32_t>& one_step, const buffer<std::int32_t>& strides, std::int32_t cell,
                                int steps) {
         for (; steps >= stride; steps -= stride) cell = strides[cell];

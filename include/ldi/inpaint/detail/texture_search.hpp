@@ -6,11 +6,13 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/inpaint/detail/hash.hpp>
 #include <ldi/inpaint/detail/texture_cells.hpp>
 #include <ldi/inpaint/detail/texture_looks.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
@@ -25,15 +27,15 @@ public:
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
     /// Returns the source of each cell's texture; no_pixel for a known cell, and for a cell without any source.
-    buffer<std::int32_t> run(int rounds) {
+    template <executor Executor = const serial_executor>
+    buffer<std::int32_t> run(int rounds, Executor&& threads = {}) {
         source_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         find_nearest_known();
-        for (int round = 0; round < rounds; ++round)
-            for (std::int32_t k = 0; k < cells_.count(); ++k) {
-                const bool forward = round % 2 == 0;
-                const std::int32_t cell = forward ? k : cells_.count() - 1 - k;
-                if (cells_.is_unknown(cell) && nearest_known_[cell] != no_pixel) improve(cell, round, forward);
-            }
+        const buffer<buffer<std::int32_t>> parts = cells_.independent_parts(threads.concurrency());
+        parallel_for(threads, parts.size(), 1, [&](std::size_t first, std::size_t last) {
+            for (std::size_t p = first; p < last; ++p)
+                for (int round = 0; round < rounds; ++round) improve_all(parts[p], round);
+        });
         return std::move(source_);
     }
 
@@ -78,6 +80,15 @@ private:
             if (source_[n] == no_pixel || cells_.neighbor(from, s) != source_[n]) sum += incoherence;
         }
         return sum;
+    }
+
+    /// Improves the sources of cells, in ascending order in even rounds, in descending order in odd rounds.
+    void improve_all(const buffer<std::int32_t>& part, int round) {
+        const bool forward = round % 2 == 0;
+        for (std::int32_t k = 0; k < part.count(); ++k) {
+            const std::int32_t cell = part[forward ? k : part.count() - 1 - k];
+            if (nearest_known_[cell] != no_pixel) improve(cell, round, forward);
+        }
     }
 
     void improve(std::int32_t cell, int round, bool forward) {
