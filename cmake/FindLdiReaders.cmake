@@ -1,5 +1,5 @@
-# Finds the optional libraries with which ldi::io reads more formats and writes JPEG faster. ldi_readers::all links those that are
-# installed and defines one macro for each, which include/ldi/io/detail/readers.hpp reads.
+# Finds the optional libraries with which ldi::io reads more formats, and reads and writes JPEG faster. ldi_readers::all links those
+# that are installed and defines one macro for each, which include/ldi/io/detail/readers.hpp reads.
 #
 # LDI_READERS  libraries to look for: a list of libheif (HEIC, AVIF), libwebp, libtiff (from 4.5), lcms2 (color profiles), pugixml (XMP),
 #              libjpeg (or libjpeg-turbo)

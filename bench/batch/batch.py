@@ -40,7 +40,7 @@ def main():
     photos = [os.path.join(FOLDER, every[int(i * step)]) for i in range(min(NUMBER, len(every)))]
     text = "".join(json.dumps(photo) + "\n" for photo in photos).encode()
     with tempfile.TemporaryDirectory() as work:
-        folder = {name: os.path.join(work, name) for name in ("loop", "batch", "bound", "reports", "kills")}
+        folder = {name: os.path.join(work, name) for name in ("loop", "batch", "one core", "bound", "reports", "kills")}
         os.mkdir(folder["loop"])
 
         loop = 'while read -r photo; do name=${photo##*/}; "$0" "$photo" -o "$1/${name%.*}.glb" --quiet; done'
@@ -50,11 +50,15 @@ def main():
         lines = [json.loads(line) for line in result.stdout.splitlines()]
         print(f"{len(photos)} photographs, {os.cpu_count()} cores: one by one {len(photos) / loop_seconds:.1f} per second ({loop_work / len(photos) * 1000:.0f} ms of processor time each), "
               f"in a batch {len(photos) / seconds:.1f} ({work_seconds / len(photos) * 1000:.0f} ms)")
+        one_core = {min(os.sched_getaffinity(0))}
+        _, alone, _ = seconds_of(batch("-o", folder["one core"]), input=text, preexec_fn=lambda: os.sched_setaffinity(0, one_core))
+        print(f"in a batch on one core {len(photos) / alone:.1f} per second: {os.cpu_count()} cores are {alone / seconds:.2f} times as fast")
         shares = sorted(line["hidden_share"] for line in lines if "hidden_share" in line)
         print(f"hidden shares: median {shares[len(shares) // 2]:.3f}, largest {shares[-1]:.3f}")
         check(f"the batch is {loop_seconds / seconds:.2f} times as fast as the loop (required: 1.6)", loop_seconds >= 1.6 * seconds)
         expected = content(folder["loop"])
         check("the batch converts every photo", result.returncode == 0 and len(lines) == len(expected) == len(photos))
+        check("the files of the batch on one core equal those of the loop byte for byte", content(folder["one core"]) == expected)
         check("the files of the batch equal those of the loop byte for byte", content(folder["batch"]) == expected)
 
         result, seconds, _ = seconds_of(batch("-o", folder["bound"], "--report", folder["reports"], "--memory", f"{MEMORY_MB}MB", "--threads", "8"), input=text)

@@ -11,6 +11,7 @@ import json
 import os
 import statistics
 import subprocess
+import sys
 import tempfile
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
@@ -29,19 +30,31 @@ def photos():
     return [SAMPLE] + [photo for photo in shared if os.path.exists(photo)]
 
 
-def report_of(program, photo, threads, folder):
-    """Runs the program and returns its report, or None if the program does not accept the photo."""
+def depth_beside(photo):
+    """Returns the arguments that name the depth map beside the photo, if any: earlier revisions do not look for it."""
+    stem, _ = os.path.splitext(photo)
+    return next((["--depth", stem + "_depth" + ending] for ending in (".png", ".jpg") if os.path.exists(stem + "_depth" + ending)), [])
+
+
+def report_of(program, photo, threads, folder, arguments=()):
+    """Runs the program and returns its report, or None if it refuses the photo."""
     report = os.path.join(folder, "report.json")
     models = os.path.join(os.path.dirname(os.path.abspath(program)), "..", "..", "..", "examples", "models")
     ran = subprocess.run(
-        [program, photo, "--threads", str(threads), "-o", os.path.join(folder, "out.glb"), "--report", report, "--quiet"],
+        [program, photo, "--threads", str(threads), "-o", os.path.join(folder, "out.glb"), "--report", report, "--quiet", *depth_beside(photo),
+         *arguments],
         capture_output=True, text=True, env={**os.environ, "LDI_MODELS": models})
-    if ran.returncode != 0:
-        print(f"{name_of(photo)} left out: {program} ends with code {ran.returncode}: {ran.stderr.strip()}", flush=True)
+    if ran.returncode == 1:
+        print(f"{name_of(photo)} left out, because {program} refuses it: {ran.stderr.strip()}", flush=True)
         return None
+    if ran.returncode != 0:
+        sys.exit(f"{program} {photo} ends with code {ran.returncode}: {ran.stderr.strip()}")
     with open(report, encoding="utf-8") as file:
         facts = json.load(file)
     facts["milliseconds"].pop("total")
+    for clock in ("milliseconds", "processor_milliseconds"):  # earlier revisions have British names
+        if clock in facts:
+            facts[clock] = {stage.replace("colour", "color"): time for stage, time in facts[clock].items()}
     return facts
 
 
@@ -65,8 +78,6 @@ def measure(program, number):
     sums = []
     with tempfile.TemporaryDirectory() as folder:
         for photo in photos():
-            if report_of(program, photo, 1, folder) is None:
-                continue
             runs = {threads: [] for threads in (1, 2)}
             for _ in range(number):  # alternates, so that other load affects both
                 for threads, reports in runs.items():
@@ -124,4 +135,5 @@ def main():
         measure(os.path.abspath(a.program), a.runs)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -20106,7 +20106,63 @@ struct texture_cells {
         return follow(below, far_below, cell, steps);
     }
 
+    /// Divides the unknown cells into parts that no link connects, ascending in each part. The parts are about equally large if
+    /// no connected group of unknown cells is larger than the others together.
+    ///
+    /// threads  number of threads that will process the parts; one thread gets a single part
+    buffer<buffer<std::int32_t>> independent_parts(std::size_t threads) const {
+        constexpr std::size_t parts_per_thread = 4;
+        buffer<buffer<std::int32_t>> parts(threads > 1 ? parts_per_thread * threads : 1);
+        if (threads <= 1) {
+            parts[0].reserve(static_cast<std::size_t>(std::count(kinds.begin(), kinds.end(), kind::unknown)));
+            for (std::int32_t cell = 0; cell < count(); ++cell)
+                if (is_unknown(cell)) parts[0].push_back(cell);
+            return parts;
+        }
+        const buffer<std::int32_t> groups = linked_groups();
+        buffer<std::int32_t> sizes(groups.size()), largest_first;
+        for (const std::int32_t group : groups)
+            if (group != no_pixel && ++sizes[group] == 1) largest_first.push_back(group);
+        std::sort(largest_first.begin(), largest_first.end(),
+                  [&](std::int32_t a, std::int32_t b) { return sizes[a] != sizes[b] ? sizes[a] > sizes[b] : a < b; });
+        using load = std::pair<std::int32_t, std::int32_t>;  // number of cells in a part, and the part
+        buffer<load> loads(parts.size());
+        for (std::int32_t part = 0; part < parts.count(); ++part) loads[part] = {0, part};  // a heap, the smallest part first
+        buffer<std::int32_t> part_of = sizes;
+        for (const std::int32_t group : largest_first) {
+            std::pop_heap(loads.begin(), loads.end(), std::greater<load>());
+            part_of[group] = loads.back().second;
+            loads.back().first += sizes[group];
+            std::push_heap(loads.begin(), loads.end(), std::greater<load>());
+        }
+        for (std::int32_t cell = 0; cell < count(); ++cell)
+            if (is_unknown(cell)) parts[part_of[groups[cell]]].push_back(cell);
+        return parts;
+    }
+
 private:
+    /// Returns the first cell of each unknown cell's group, the unknown cells that links connect; no_pixel for other cells.
+    buffer<std::int32_t> linked_groups() const {
+        buffer<std::int32_t> first(pixel.size(), no_pixel);
+        const auto group_of = [&](std::int32_t cell) {
+            while (first[cell] != cell) cell = first[cell] = first[first[cell]];
+            return cell;
+        };
+        for (std::int32_t cell = 0; cell < count(); ++cell) {
+            if (!is_unknown(cell)) continue;
+            first[cell] = cell;
+            for (const side s : {side::left, side::up}) {
+                const std::int32_t n = neighbor(cell, s);
+                if (n == no_pixel || !is_unknown(n)) continue;
+                const std::int32_t a = group_of(cell), b = group_of(n);
+                first[(std::max)(a, b)] = (std::min)(a, b);
+            }
+        }
+        for (std::int32_t cell = 0; cell < count(); ++cell)
+            if (is_unknown(cell)) first[cell] = group_of(cell);
+        return first;
+    }
+
     static std::int32_t follow(const buffer<std::int32_t>& one_step, const buffer<std::int32_t>& strides, std::int32_t cell,
                                int steps) {
         for (; steps >= stride; steps -= stride) cell = strides[cell];
@@ -20364,15 +20420,15 @@ public:
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
     /// Returns the source of each cell's texture; no_pixel for a known cell, and for a cell without any source.
-    buffer<std::int32_t> run(int rounds) {
+    template <executor Executor = const serial_executor>
+    buffer<std::int32_t> run(int rounds, Executor&& threads = {}) {
         source_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         find_nearest_known();
-        for (int round = 0; round < rounds; ++round)
-            for (std::int32_t k = 0; k < cells_.count(); ++k) {
-                const bool forward = round % 2 == 0;
-                const std::int32_t cell = forward ? k : cells_.count() - 1 - k;
-                if (cells_.is_unknown(cell) && nearest_known_[cell] != no_pixel) improve(cell, round, forward);
-            }
+        const buffer<buffer<std::int32_t>> parts = cells_.independent_parts(threads.concurrency());
+        parallel_for(threads, parts.size(), 1, [&](std::size_t first, std::size_t last) {
+            for (std::size_t p = first; p < last; ++p)
+                for (int round = 0; round < rounds; ++round) improve_all(parts[p], round);
+        });
         return std::move(source_);
     }
 
@@ -20417,6 +20473,15 @@ private:
             if (source_[n] == no_pixel || cells_.neighbor(from, s) != source_[n]) sum += incoherence;
         }
         return sum;
+    }
+
+    /// Improves the sources of cells, in ascending order in even rounds, in descending order in odd rounds.
+    void improve_all(const buffer<std::int32_t>& part, int round) {
+        const bool forward = round % 2 == 0;
+        for (std::int32_t k = 0; k < part.count(); ++k) {
+            const std::int32_t cell = part[forward ? k : part.count() - 1 - k];
+            if (nearest_known_[cell] != no_pixel) improve(cell, round, forward);
+        }
     }
 
     void improve(std::int32_t cell, int round, bool forward) {
@@ -20508,7 +20573,7 @@ public:
         : options_(options),
           cells_(std::move(cells)),
           looks_(look_at(cells_, color, threads)),
-          source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds)) {}
+          source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds, threads)) {}
 
     /// Width of the cells' margin in steps; the blur and the taps of source cells read the margin.
     static constexpr int margin = 3;
@@ -20580,16 +20645,19 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
         [&] { found = detail::find_texture_cells(g, known, options.reach, detail::texture_transfer::margin); });
     const detail::texture_transfer transfer(g, std::move(found), layers.template column<color_column>(), options, threads);
     const detail::texture_cells& cells = transfer.cells();
-    std::int32_t next = 0;
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-        if (!cells.is_unknown(cell)) continue;
-        const std::int32_t pixel = cells.pixel[cell];
-        const float noise = around[next++], likeness = transfer.likeness(cell);
-        const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x()[pixel], g.y()[pixel]);
-        const detail::texture_color texture = transfer.texture(cell, noise);
-        const auto color = layers.template at<color_column>(pixel);
-        for (std::size_t c = 0; c < 3; ++c) color[c] = detail::rounded_to_byte(color[c] + likeness * texture[c] + rest);
-    }
+    parallel_for(threads, cells.kinds.size(), 8192, [&](std::size_t first, std::size_t last) {
+        auto next = std::count(cells.kinds.begin(), cells.kinds.begin() + first, detail::texture_cells::kind::unknown);
+        for (std::size_t c = first; c < last; ++c) {
+            const auto cell = static_cast<std::int32_t>(c);
+            if (!cells.is_unknown(cell)) continue;
+            const std::int32_t pixel = cells.pixel[cell];
+            const float noise = around[next++], likeness = transfer.likeness(cell);
+            const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x()[pixel], g.y()[pixel]);
+            const detail::texture_color texture = transfer.texture(cell, noise);
+            const auto color = layers.template at<color_column>(pixel);
+            for (std::size_t k = 0; k < 3; ++k) color[k] = detail::rounded_to_byte(color[k] + likeness * texture[k] + rest);
+        }
+    });
 }
 
 }}  // namespace ldi

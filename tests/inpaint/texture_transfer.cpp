@@ -321,9 +321,9 @@ TEST_CASE("add_texture() returns the same colors for any number of threads") {
     }
 }
 
-TEST_CASE("the search divides unknown cells into ascending parts that no link connects, and searches all of them") {
+TEST_CASE("the texture search divides unknown cells into ascending parts of similar size that no link connects") {
     std::mt19937 random(13);
-    std::size_t connected = 0;
+    std::size_t connected = 0, divided = 0;
     for (int round = 0; round < 300; ++round) {
         const testing::random_layers made = testing::random_graph(random, 30);
         buffer<std::uint8_t> known(made.topology().size());
@@ -332,9 +332,11 @@ TEST_CASE("the search divides unknown cells into ascending parts that no link co
         for (const std::size_t threads : {1U, 2U, 5U}) {
             const buffer<buffer<std::int32_t>> parts = cells.independent_parts(threads);
             buffer<std::int32_t> part_of(cells.pixel.size(), no_pixel);
+            std::size_t unknown = 0, largest = 0;
             for (std::int32_t p = 0; p < parts.count(); ++p) {
                 REQUIRE(std::is_sorted(parts[p].begin(), parts[p].end()));
                 for (const std::int32_t cell : parts[p]) REQUIRE(std::exchange(part_of[cell], p) == no_pixel);
+                unknown += parts[p].size(), largest = std::max(largest, parts[p].size());
             }
             for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
                 REQUIRE((part_of[cell] != no_pixel) == cells.is_unknown(cell));
@@ -345,9 +347,11 @@ TEST_CASE("the search divides unknown cells into ascending parts that no link co
                     ++connected;
                 }
             }
+            if (threads > 1 && 3 * largest < unknown) ++divided;
         }
     }
     CHECK(connected > 1000);
+    CHECK(divided > 300);
 }
 
 TEST_CASE("unknown pixels without similar known colors receive grain, and so do all pixels if the texture's strength is 0") {

@@ -47,9 +47,10 @@ struct photo {
 struct photo_options {
     picture_limits limits = {};
     picture_formats formats = {};  ///< formats that may be read, for the photo and for the depth inside it
-    /// Pixels that the caller needs along the photo's longer side; 0 means all. If the photo has at least twice as many, both
-    /// sides are divided by 2, 4 or 8 and rounded up, but the longer side keeps at least `long_side` pixels. Afterward, the photo
-    /// takes less time and memory. PNG files are not reduced, because one half may be depth, nor are pictures with opacity.
+    /// Number of pixels that the caller needs along the photo's longer side; 0 means all. The sides of a larger photo are divided
+    /// by 2, 4 or 8, rounded up, as long as the longer side keeps this many pixels and the shorter side at least 100. Later
+    /// stages then take less time and memory; estimate_photo() still returns the size and memory of the whole photo. PNG files
+    /// are never reduced, because one half may be depth; neither are GIF files and others with a channel for opacity.
     std::size_t long_side = 0;
 };
 
@@ -198,7 +199,8 @@ inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture
     if (header.format == picture_format::gif) changed = plain_gif(bytes);
     if (header.format == picture_format::bmp && bmp_gap(bytes) > 0) changed = plain_bmp(bytes);
 #if defined(LDI_WITH_LIBJPEG)
-    const std::size_t divisor = is_jpeg(bytes) ? divisor_for(long_side, header.height, header.width) : 1;
+    const bool is_possible = is_jpeg(bytes) && bytes.size() <= 0x7FFFFFFF;
+    const std::size_t divisor = is_possible ? divisor_for(long_side, header.height, header.width) : 1;
     if (divisor > 1) photo.picture = jpeg_decoder().decode(bytes, header.height, header.width, divisor);
     photo.is_reduced = photo.picture.samples != nullptr;
 #endif

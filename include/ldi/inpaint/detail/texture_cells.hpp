@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -60,6 +62,7 @@ struct texture_cells {
         constexpr std::size_t parts_per_thread = 4;
         buffer<buffer<std::int32_t>> parts(threads > 1 ? parts_per_thread * threads : 1);
         if (threads <= 1) {
+            parts[0].reserve(static_cast<std::size_t>(std::count(kinds.begin(), kinds.end(), kind::unknown)));
             for (std::int32_t cell = 0; cell < count(); ++cell)
                 if (is_unknown(cell)) parts[0].push_back(cell);
             return parts;
@@ -70,11 +73,15 @@ struct texture_cells {
             if (group != no_pixel && ++sizes[group] == 1) largest_first.push_back(group);
         std::sort(largest_first.begin(), largest_first.end(),
                   [&](std::int32_t a, std::int32_t b) { return sizes[a] != sizes[b] ? sizes[a] > sizes[b] : a < b; });
-        buffer<std::int32_t> filled(parts.size()), part_of = sizes;
+        using load = std::pair<std::int32_t, std::int32_t>;  // number of cells in a part, and the part
+        buffer<load> loads(parts.size());
+        for (std::int32_t part = 0; part < parts.count(); ++part) loads[part] = {0, part};  // a heap, the smallest part first
+        buffer<std::int32_t> part_of = sizes;
         for (const std::int32_t group : largest_first) {
-            const auto emptiest = std::min_element(filled.begin(), filled.end());
-            part_of[group] = static_cast<std::int32_t>(emptiest - filled.begin());
-            *emptiest += sizes[group];
+            std::pop_heap(loads.begin(), loads.end(), std::greater<load>());
+            part_of[group] = loads.back().second;
+            loads.back().first += sizes[group];
+            std::push_heap(loads.begin(), loads.end(), std::greater<load>());
         }
         for (std::int32_t cell = 0; cell < count(); ++cell)
             if (is_unknown(cell)) parts[part_of[groups[cell]]].push_back(cell);

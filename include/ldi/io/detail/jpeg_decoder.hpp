@@ -3,9 +3,9 @@
 #pragma once
 
 #include <ldi/base/config.hpp>
+#include <ldi/io/detail/jpeg_errors.hpp>
 #include <ldi/io/detail/stored_photo.hpp>
 
-#include <csetjmp>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -20,8 +20,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class jpeg_decoder {
 public:
     jpeg_decoder() {
-        state_.err = jpeg_std_error(&errors_.base);
-        errors_.base.error_exit = [](j_common_ptr state) { std::longjmp(reinterpret_cast<errors*>(state->err)->back, 1); };
+        state_.err = errors_.start();
         errors_.base.emit_message = [](j_common_ptr state, int level) {
             if (level < 0) state->err->error_exit(state);  // a warning: the file is damaged
         };
@@ -33,10 +32,10 @@ public:
         std::free(samples_);
     }
 
-    /// Decodes a picture. Returns a picture without samples if the file is damaged, memory runs out, or the file is not a
-    /// sequential JPEG file in gray or YCbCr: stb_image decodes these, and reports their errors.
+    /// Decodes a picture of one scan in gray or YCbCr. Returns a picture without samples for any other JPEG file, for a damaged
+    /// file, and if memory runs out. The caller then uses stb_image, which decodes the file or reports the error.
     ///
-    /// bytes          less than 4 GB
+    /// bytes          less than 2 GB
     /// height, width  as in the file's header, for which a decoding_budget has granted memory
     /// divisor        2, 4 or 8: divides the height and the width, which are rounded up
     decoded_picture<std::uint8_t> decode(std::span<const std::byte> bytes, std::size_t height, std::size_t width,
@@ -51,19 +50,14 @@ public:
     }
 
 private:
-    struct errors {
-        jpeg_error_mgr base;  // first, so that a pointer to it can be cast to a pointer to `errors`
-        std::jmp_buf back;
-    };
-
-    /// Decodes a file into samples_; returns false if it cannot. On errors, libjpeg jumps back into this function (longjmp), so
-    /// this function's local objects must not have destructors.
+    /// Decodes a file into samples_; returns false if it cannot.
     bool read(std::span<const std::byte> bytes, std::size_t height, std::size_t width, std::size_t divisor) {
         if (setjmp(errors_.back) != 0) return false;
         jpeg_create_decompress(&state_);
         jpeg_mem_src(&state_, reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<unsigned long>(bytes.size()));
         if (jpeg_read_header(&state_, TRUE) != JPEG_HEADER_OK) return false;
         if (state_.image_height != height || state_.image_width != width) return false;
+        if (has_rgb_names()) return false;
         const bool is_gray = state_.jpeg_color_space == JCS_GRAYSCALE;
         if (!is_gray && state_.jpeg_color_space != JCS_YCbCr) return false;
         if (jpeg_has_multiple_scans(&state_) != FALSE || state_.arith_code != FALSE) return false;
@@ -81,8 +75,15 @@ private:
         return true;
     }
 
+    /// Whether the channels have the names R, G and B. stb_image then reads them as such, whatever other markers say.
+    bool has_rgb_names() const {
+        const jpeg_component_info* const channels = state_.comp_info;
+        return state_.num_components == 3 && channels[0].component_id == 'R' && channels[1].component_id == 'G' &&
+               channels[2].component_id == 'B';
+    }
+
     jpeg_decompress_struct state_ = {};
-    errors errors_ = {};
+    jpeg_errors errors_ = {};
     std::uint8_t* samples_ = nullptr;
 };
 

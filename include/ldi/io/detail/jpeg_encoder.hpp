@@ -5,8 +5,8 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/io/detail/jpeg_errors.hpp>
 
-#include <csetjmp>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -23,8 +23,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class jpeg_encoder {
 public:
     jpeg_encoder() {
-        state_.err = jpeg_std_error(&errors_.base);
-        errors_.base.error_exit = [](j_common_ptr state) { std::longjmp(reinterpret_cast<errors*>(state->err)->back, 1); };
+        state_.err = errors_.start();
         file_.base.init_destination = file_.base.term_destination = [](j_compress_ptr) {};
         file_.base.empty_output_buffer = [](j_compress_ptr state) {
             if (!reinterpret_cast<file*>(state->dest)->grow()) state->err->msg_code = JERR_OUT_OF_MEMORY, fail(state);
@@ -52,10 +51,6 @@ public:
     }
 
 private:
-    struct errors {
-        jpeg_error_mgr base;  // first, so that a pointer to it can be cast to a pointer to `errors`
-        std::jmp_buf back;
-    };
     struct file {
         jpeg_destination_mgr base;  // first, so that a pointer to it can be cast to a pointer to `file`
         std::byte* bytes;
@@ -74,8 +69,7 @@ private:
 
     static void fail(j_compress_ptr state) { state->err->error_exit(reinterpret_cast<j_common_ptr>(state)); }
 
-    /// Encodes a picture into file_; returns false after an error. On errors, libjpeg jumps back into this function (longjmp), so
-    /// this function's local objects must not have destructors.
+    /// Encodes a picture into file_; returns false after an error.
     bool write(image_view<const std::uint8_t> picture, int quality) {
         if (setjmp(errors_.back) != 0) return false;
         jpeg_create_compress(&state_);
@@ -99,7 +93,7 @@ private:
     }
 
     jpeg_compress_struct state_ = {};
-    errors errors_ = {};
+    jpeg_errors errors_ = {};
     file file_ = {};
 };
 

@@ -56,12 +56,13 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
     return picture;
 }
 
-/// Returns by how much the sides of a picture can be divided so that the longer side keeps at least `long_side` pixels: 1, 2, 4
-/// or
-/// 8. Returns 1 if long_side is 0.
+/// Returns the largest of 1, 2, 4 and 8 by which both sides of a picture can be divided, rounded up, so that the longer side
+/// keeps at least `long_side` pixels and the proportions change by less than 1 %. Returns 1 if long_side is 0.
 inline std::size_t divisor_for(std::size_t long_side, std::size_t height, std::size_t width) {
+    const std::size_t longer = (std::max)(height, width), shorter = (std::min)(height, width);
+    const auto is_possible = [&](std::size_t by) { return (longer - 1) / by + 1 >= long_side && shorter >= 100 * by; };
     std::size_t divisor = 1;
-    while (long_side > 0 && divisor < 8 && ((std::max)(height, width) - 1) / (2 * divisor) + 1 >= long_side) divisor *= 2;
+    while (long_side > 0 && divisor < 8 && is_possible(2 * divisor)) divisor *= 2;
     return divisor;
 }
 
@@ -72,15 +73,16 @@ inline void average_blocks(decoded_picture<std::uint8_t>& picture, std::size_t d
     const std::size_t height = (picture.height - 1) / divisor + 1, width = (picture.width - 1) / divisor + 1;
     const std::size_t channels = picture.channels;
     std::uint8_t* to = picture.samples.get();
-    buffer<std::uint32_t> sums(width * channels);
+    buffer<std::uint16_t> sums(width * channels);  // of at most 64 values each
     for (std::size_t y = 0; y < height; ++y) {
-        std::fill(sums.begin(), sums.end(), 0U);
+        std::fill(sums.begin(), sums.end(), std::uint16_t{0});
         const std::size_t first = y * divisor, rows = (std::min)(divisor, picture.height - first);
         for (std::size_t row = first; row < first + rows; ++row) {
             const std::uint8_t* from = picture.samples.get() + row * picture.width * channels;
             for (std::size_t x = 0; x < width; ++x)
                 for (std::size_t i = x * divisor; i < (std::min)((x + 1) * divisor, picture.width); ++i, from += channels)
-                    for (std::size_t c = 0; c < channels; ++c) sums[x * channels + c] += from[c];
+                    for (std::size_t c = 0; c < channels; ++c)
+                        sums[x * channels + c] = static_cast<std::uint16_t>(sums[x * channels + c] + from[c]);
         }
         for (std::size_t x = 0; x < width; ++x) {
             const auto count = static_cast<std::uint32_t>(rows * (std::min)(divisor, picture.width - x * divisor));
