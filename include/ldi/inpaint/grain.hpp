@@ -37,7 +37,7 @@ struct grain_options {
     /// this value.
     float limit = 20.0F;
     /// Gauss-Seidel rounds on each level of the diffusion, 1 to 64.
-    int rounds = 4;
+    int rounds = 2;
 };
 
 namespace detail {

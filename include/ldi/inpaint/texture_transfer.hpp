@@ -37,11 +37,13 @@ struct texture_options {
     /// gradually. With a large limit, edges are copied as well.
     float crest = 4.0F;
     /// Known pixels are sources of texture up to this distance from the nearest inpainted pixel, in steps along links, 1 to 200.
-    int reach = 32;
+    /// On the stereo pairs and scenes of bench/quality, LPIPS is the same with 16 and 32.
+    int reach = 16;
     /// Mean difference of blurred colors, in gray levels from 0 to 255, up to which a source counts as similar. Between this
     /// value and twice this value, texture fades to grain.
     float tolerance = 13.0F;
-    /// Rounds of the search, in alternating directions, 1 to 60.
+    /// Rounds of the search, in alternating directions, 1 to 60. With one round, LPIPS is the same on these photographs, but a
+    /// few pixels in large holes find no source and get grain instead.
     int rounds = 2;
 };
 
