@@ -24,7 +24,9 @@ extern "C" {
 /// Decodes a photo and the depth inside it; returns 1, or 0 after an error.
 EMSCRIPTEN_KEEPALIVE int heic_decode(const void* data, std::size_t size, const char* name) {
     try {
-        loaded = ldi::decode_photo_with_depth({static_cast<const std::byte*>(data), size}, {}, name);
+        ldi::photo_options options;
+        options.long_side = 1536;  // the size at which the page and, by default, the program convert photos
+        loaded = ldi::decode_photo_with_depth({static_cast<const std::byte*>(data), size}, options, name);
         return 1;
     } catch (const std::bad_alloc&) {
         message = "not enough memory";
