@@ -20106,8 +20106,8 @@ struct texture_cells {
         return follow(below, far_below, cell, steps);
     }
 
-    /// Divides the unknown cells into parts that no link connects, ascending in each part. The parts are about equally large if
-    /// no connected group of unknown cells is larger than the others together.
+    /// Divides the unknown cells into parts that no link connects, ascending in each part. Distributes the connected groups of
+    /// unknown cells, the largest first, each to the smallest part so far.
     ///
     /// threads  number of threads that will process the parts; one thread gets a single part
     buffer<buffer<std::int32_t>> independent_parts(std::size_t threads) const {
@@ -20629,8 +20629,8 @@ inline void check_options(const texture_options& options) {
 /// grain    its limit and its rounds also apply to measuring the photo's detail; if the limit is 0, nothing is added
 ///
 /// Raises invalid_option like add_grain(), and for a strength outside [0, 100], a crest outside [0, 1000], a tolerance outside
-/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time. Memory: up to 80 bytes per pixel, with several
-/// threads 115, if all pixels are unknown or near unknown pixels.
+/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time; several threads also sort the groups of linked
+/// unknown pixels. Memory: up to 80 bytes per pixel, with several threads 115, if all pixels are unknown or near unknown pixels.
 template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}, Executor&& threads = {}) {
     detail::check_options(options);

@@ -54,8 +54,8 @@ struct texture_cells {
         return follow(below, far_below, cell, steps);
     }
 
-    /// Divides the unknown cells into parts that no link connects, ascending in each part. The parts are about equally large if
-    /// no connected group of unknown cells is larger than the others together.
+    /// Divides the unknown cells into parts that no link connects, ascending in each part. Distributes the connected groups of
+    /// unknown cells, the largest first, each to the smallest part so far.
     ///
     /// threads  number of threads that will process the parts; one thread gets a single part
     buffer<buffer<std::int32_t>> independent_parts(std::size_t threads) const {
