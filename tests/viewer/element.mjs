@@ -9,7 +9,7 @@ import { createServer } from "node:http";
 import { dirname, extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
-import puppeteer from "puppeteer-core";
+import puppeteer, { ProtocolError } from "puppeteer-core";
 import { checkGlb } from "../../examples/viewer/source/check_glb.js";
 import { besideMiddle, putTogether, square, takeApart } from "./glb.mjs";
 
@@ -179,7 +179,10 @@ const pathOf = (name) => execFileSync("sh", ["-c", `command -v ${name}`], { enco
 /** Starts a browser with an empty profile. Firefox has WebGL only on a screen, such as that of xvfb-run. */
 function startBrowser(kind) {
     if (kind === "firefox") {
-        const extraPrefsFirefox = { "gfx.webrender.software": true }; // leaves only WebGL to Mesa, which is slow without a graphics card
+        const extraPrefsFirefox = {
+            "gfx.webrender.software": true, // leaves only WebGL to Mesa, which is slow without a graphics card
+            "remote.events.async.mouse.enabled": false, // else a click never ends if Firefox, on a busy machine, loses one of its events
+        };
         return puppeteer.launch({ browser: "firefox", executablePath: pathOf("firefox-esr"), headless: !process.env.DISPLAY, extraPrefsFirefox });
     }
     const args = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
@@ -191,19 +194,24 @@ let [passed, failed] = [0, 0];
 let browser;
 let kind = "";
 
-/** Opens a page. Restarts a browser that opens none: on a busy machine, Firefox once opened none for three minutes. */
+/** Replaces a browser that does not answer: on a busy machine, Firefox was silent for three minutes twice. */
+async function restart(failure) {
+    console.log(`restarts ${kind}: ${failure.message}`);
+    browser.process().kill("SIGKILL");
+    browser = await startBrowser(kind);
+}
+
 async function newPage() {
     try {
         return await browser.newPage();
     } catch (failure) {
-        console.log(`restarts ${kind}: ${failure.message}`);
-        browser.process().kill("SIGKILL");
-        browser = await startBrowser(kind);
+        await restart(failure);
         return browser.newPage();
     }
 }
 
-async function test(fact, check) {
+/** Runs a test, and runs it once more if the browser does not answer. */
+async function test(fact, check, isRepeated = false) {
     if (onlyWord && !fact.includes(onlyWord)) return;
     const page = await newPage();
     page.setDefaultTimeout(90_000);
@@ -215,6 +223,10 @@ async function test(fact, check) {
         passed += 1;
         console.log(`passed: ${kind}: ${fact}`);
     } catch (failure) {
+        if (failure instanceof ProtocolError && failure.message.includes("timed out") && !isRepeated) {
+            await restart(failure);
+            return test(fact, check, true);
+        }
         failed += 1;
         console.log(`FAILED: ${kind}: ${fact}\n${failure.stack}`);
     }

@@ -8,7 +8,10 @@ const pathOf = (name) => execFileSync("sh", ["-c", `command -v ${name}`], { enco
 /** Starts a browser with an empty profile. Firefox has WebGL only on a screen, such as that of xvfb-run. @param {"chromium" | "firefox"} kind */
 export function startBrowser(kind) {
     if (kind === "firefox") {
-        const extraPrefsFirefox = { "gfx.webrender.software": true }; // leaves only WebGL to Mesa, which is slow without a graphics card
+        const extraPrefsFirefox = {
+            "gfx.webrender.software": true, // leaves only WebGL to Mesa, which is slow without a graphics card
+            "remote.events.async.mouse.enabled": false, // else a click never ends if Firefox, on a busy machine, loses one of its events
+        };
         return puppeteer.launch({ browser: "firefox", executablePath: pathOf("firefox-esr"), headless: !process.env.DISPLAY, extraPrefsFirefox });
     }
     const args = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
