@@ -89,13 +89,14 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
     result.photo = std::move(photo.photo), result.estimated = std::move(photo.estimated);
     result.resampled = std::move(photo.resampled), result.disparity = std::move(photo.disparity);
     result.curves = std::move(lifted.curves), result.dropped_sides = lifted.dropped_sides, result.facts = lifted.facts;
-    auto [layers, motion] = expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress);
+    auto [layers, motion] =
+        expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress, nullptr, threads);
     result.facts.motion = motion;
 
     progress.report("color inpainting", 0.0F);
     inpaint_hidden(layers, lifted.rims, inpainter, options, threads);
     result.layers = decltype(result.layers)(std::move(layers));
-    if (options.frame == photo_frame::grow) result.facts.margin = grow_past_frame(result.layers, result.facts);
+    if (options.frame == photo_frame::grow) result.facts.margin = grow_past_frame(result.layers, result.facts, threads);
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);

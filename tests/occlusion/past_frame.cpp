@@ -26,17 +26,19 @@ struct grown_photo {
 };
 
 /// Returns layers with hidden surfaces and random colors, before and after growth past the frame.
-grown_photo grow(const image<float>& disparity, float motion, std::mt19937& random) {
+template <executor Executor = const serial_executor>
+grown_photo grow(const image<float>& disparity, float motion, std::mt19937& random, Executor&& threads = {}) {
     photo_layer layer = testing::lift_disparity(disparity);
     for (std::uint8_t& value : layer.column<color_column>()) value = static_cast<std::uint8_t>(random());
     const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {});
     grown_photo result;
     result.facts = testing::facts_of(layer.topology());
-    auto [layers, reached] = expand(std::move(layer), {}, curves, expand_options{.motion = motion});
+    auto expanded = expand(std::move(layer), {}, curves, expand_options{.motion = motion}, {}, nullptr, threads);
+    photo_layers layers = std::move(expanded.layers);
     for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
-    result.facts.motion = reached;
+    result.facts.motion = expanded.motion;
     result.before = layers;
-    result.facts.margin = grow_past_frame(layers, result.facts);
+    result.facts.margin = grow_past_frame(layers, result.facts, threads);
     result.after = std::move(layers);
     return result;
 }
@@ -221,6 +223,31 @@ TEST_CASE("growing past the frame is refused for a negative motion and for more 
     CHECK_THROWS_WITH(grow_past_frame(layers, facts), Catch::Contains("finite"));
     photo_layers none;
     CHECK(grow_past_frame(none, photo_facts()) == 0);
+}
+
+TEST_CASE("expand() and grow_past_frame() return the same layers for any number of threads") {
+    for (std::uint32_t seed = 0; seed < 12; ++seed) {
+        std::mt19937 random(seed);
+        const image<float> disparity = any_disparity(random, 90 + random() % 30, 80 + random() % 40);
+        const std::mt19937 colors = random;
+        std::mt19937 again = colors;
+        const grown_photo expected = grow(disparity, 0.2F, again);
+        REQUIRE(expected.after.size() > expected.before.size());
+        for (const std::size_t threads : {2U, 3U, 8U}) {
+            thread_pool pool(threads);
+            again = colors;
+            const grown_photo found = grow(disparity, 0.2F, again, pool);
+            REQUIRE(found.facts.margin == expected.facts.margin);
+            for (const auto& [one, other] :
+                 {std::pair(&found.before, &expected.before), std::pair(&found.after, &expected.after)}) {
+                REQUIRE(one->topology() == other->topology());
+                REQUIRE(one->column<color_column>() == other->column<color_column>());
+                REQUIRE(one->column<disparity_column>() == other->column<disparity_column>());
+                REQUIRE(one->column<known_column>() == other->column<known_column>());
+                REQUIRE(one->column<matte_column>() == other->column<matte_column>());
+            }
+        }
+    }
 }
 
 TEST_CASE("growing past the frame is refused for layers that have already grown, and for a photo of a different size") {

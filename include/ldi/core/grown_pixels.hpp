@@ -2,10 +2,12 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -27,6 +29,21 @@ struct grown_pixels {
 };
 
 namespace detail {
+
+/// Calls body(piece, first) for every piece with pixels, several pieces at the same time. `first` is the new index of the
+/// piece's first pixel.
+template <executor Executor, class Body>
+void for_each_piece(Executor& threads, std::span<const grown_piece> pieces, Body&& body) {
+    constexpr std::size_t pieces_per_task = 1024;
+    parallel_for(threads, pieces.size(), pieces_per_task, [&](std::size_t begin, std::size_t end) {
+        std::int32_t first = 0;
+        for (const grown_piece& p : pieces.first(begin)) first += p.count;
+        for (const grown_piece& p : pieces.subspan(begin, end - begin)) {
+            if (p.count > 0) body(p, first);
+            first += p.count;
+        }
+    });
+}
 
 /// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old pixel.
 inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {

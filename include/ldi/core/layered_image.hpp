@@ -9,6 +9,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
@@ -219,14 +220,14 @@ public:
         *this = with_pixels(std::move(b).build(detail::unchecked), old_index);
     }
 
-    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
-    /// old pixel; the columns' rules compute its values from the values of the old pixel. Returns grown_pixels::pieces. During
-    /// the call the image is empty, but views of its columns stay valid. Raises mismatch if grown_pixels does not describe every
-    /// pixel, if the lattice shrinks, or if `make` assigned pixels to the image itself. After this error, if `make` or a column's
-    /// rule throws, or if memory runs out, the image remains empty (or, if `make` throws after such an assignment, keeps the
-    /// assigned pixels).
-    template <class Make>
-    buffer<grown_piece> grow(Make&& make) {
+    /// Adds pixels, on several threads: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each
+    /// new pixel continues an old pixel; the columns' rules compute its values from the values of the old pixel. Returns
+    /// grown_pixels::pieces. During the call the image is empty, but views of its columns stay valid. Raises mismatch if
+    /// grown_pixels does not describe every pixel, if the lattice shrinks, or if `make` assigned pixels to the image itself.
+    /// After this error, if `make` or a column's rule throws, or if memory runs out, the image remains empty (or, if `make`
+    /// throws after such an assignment, keeps the assigned pixels).
+    template <class Make, executor Executor = const serial_executor>
+    buffer<grown_piece> grow(Make&& make, Executor&& threads = {}) {
         layered_image old = std::move(*this);
         const std::size_t old_count = old.size();
         const std::int32_t width = old.graph_.width(), height = old.graph_.height();
@@ -244,7 +245,7 @@ public:
                   std::to_string(grown.topology.width()) + " x " + std::to_string(grown.topology.height()));
         layered_image result;
         const auto move_column = [&]<class Column>(std::type_identity<Column>) {
-            result.template values<Column>() = old.template grown_column<Column>(grown);
+            result.template values<Column>() = old.template grown_column<Column>(grown, threads);
             old.template values<Column>() = {};  // releases memory, so that at most one column exists twice at a time
         };
         (move_column(std::type_identity<Columns>{}), ...);
@@ -279,20 +280,19 @@ private:
         return result;
     }
 
-    template <class Column>
-    buffer<typename Column::scalar> grown_column(const grown_pixels& grown) const {
+    template <class Column, executor Executor>
+    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, Executor& threads) const {
         buffer<typename Column::scalar> result(detail::scalar_count<Column>(grown.topology.size()), unset);
-        typename Column::scalar* to = result.data();
-        for (const grown_piece& p : grown.pieces) {
-            if (p.count == 0) continue;
+        detail::for_each_piece(threads, grown.pieces, [&](const grown_piece& p, std::int32_t first) {
+            typename Column::scalar* to = result.data() + detail::scalar_count<Column>(static_cast<std::size_t>(first));
             if (!p.is_new) {
-                to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
-                continue;
+                std::copy_n(at<Column>(p.first).data(), detail::scalar_count<Column>(static_cast<std::size_t>(p.count)), to);
+                return;
             }
             for (std::int32_t i = p.first; i < p.first + p.count; ++i)
                 for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
                     *to++ = detail::new_pixel_value<Column>(value);
-        }
+        });
         return result;
     }
 

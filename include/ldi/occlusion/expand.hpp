@@ -5,6 +5,7 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/base/progress.hpp>
@@ -77,10 +78,11 @@ struct expanded_layers {
 /// At most about 1 / surface_rule::max_step surfaces exist at one position. Most photos need less than half a hidden pixel per
 /// pixel of the photo; expand_options::max_hidden is the limit. The function runs in linear time in the number of pixels of the
 /// result, and uses up to 110 bytes of memory per pixel.
-template <payload_column... Columns, class AfterIteration = std::nullptr_t>
+template <payload_column... Columns, class AfterIteration = std::nullptr_t, executor Executor = const serial_executor>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
-                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
+                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr,
+                                   Executor&& threads = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
@@ -104,7 +106,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     layered_image<Columns...>& layers = result.layers;
     std::optional<detail::expansion> expansion;
     const array_view<const float> disparity = layers.template column<disparity_column>();
-    const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
+    const auto add_hidden = [&](graph_builder base) {
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion, options.merges_curves);
         const int expected = expansion->expected_iterations();
         const double max_hidden = double{options.max_hidden} * detail::nearest_double(disparity.size());
@@ -119,8 +121,9 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         }
         if (!expansion->is_finished(done))
             result.motion *= detail::nearest_float(done) / detail::nearest_float((std::max)(expected, done + 1));
-        return expansion->merge();
-    });
+        return expansion->merge(threads);
+    };
+    const buffer<grown_piece> pieces = layers.grow(add_hidden, threads);
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);
     return result;

@@ -15,6 +15,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/columns.hpp>
@@ -99,8 +100,8 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// in linear time. Raises invalid_option for a motion that is negative, infinite or NaN. Raises mismatch if `facts` has a
 /// margin, if the camera and the lattice differ in size, or if the layers are not in canonical order. Raises invalid_data for
 /// disparities that are not finite. Raises too_large for 2^31 or more pixels or positions; the layers are then empty.
-template <payload_column... Columns>
-std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
+template <payload_column... Columns, executor Executor = const serial_executor>
+std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts, Executor&& threads = {}) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     if (!(facts.motion >= 0) || std::isinf(facts.motion))
         raise(error_code::invalid_option, "photo_facts::motion", "0 or more, finite", detail::to_text(facts.motion));
@@ -125,7 +126,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
                                          old_known = layers.template column<known_column>();
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
     constexpr float too_far = 32768.0F;  // a lattice with a margin of this width has more than 2^31 positions
-    const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
+    const auto continue_surfaces = [&](graph_builder base) {
         graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {
             const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
@@ -138,8 +139,9 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         if (growth->count() > limit || width * height > limit)
             raise(error_code::too_large, "grow_past_frame", "fewer than 2^31 pixels",
                   std::to_string(width) + " x " + std::to_string(height));
-        return growth->run(graph_builder(std::move(old)));
-    });
+        return growth->run(graph_builder(std::move(old)), threads);
+    };
+    const buffer<grown_piece> pieces = layers.grow(continue_surfaces, threads);
     const auto copy_color = [&](std::int32_t from, std::int32_t to) {
         const auto shown = layers.template at<color_column>(from);
         std::copy(shown.begin(), shown.end(), layers.template at<color_column>(to).begin());
@@ -150,17 +152,14 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         layers.template column<known_column>()[new_index[pixel]] = 0;
     }
     const auto disparity = layers.template column<disparity_column>();
-    std::int32_t to = 0;
-    for (const grown_piece& p : pieces) {
-        for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
+    detail::for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t to) {
+        for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i, ++to) {
             // Replaces the values that the new_pixel rules set: black, and the disparity of the pixel that the new pixel shows.
-            const std::int32_t at = to + i - p.first;
             const auto color = detail::softened_color(layers, margin, new_index[growth->pixels().origins()[i]]);
-            std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());
-            disparity[at] = disparity[new_index[growth->pixels().borders()[i]]];
+            std::copy(color.begin(), color.end(), layers.template at<color_column>(to).begin());
+            disparity[to] = disparity[new_index[growth->pixels().borders()[i]]];
         }
-        to += p.count;
-    }
+    });
     return margin;
 }
 

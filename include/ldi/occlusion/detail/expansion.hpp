@@ -3,6 +3,7 @@
 
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
@@ -94,9 +95,10 @@ public:
     }
 
     /// Merges all pixels; see hidden_pixels::merge().
-    grown_pixels merge() {
+    template <executor Executor>
+    grown_pixels merge(Executor& threads) {
         reach_ = {}, curve_of_ = {};
-        return pixels_.merge();
+        return pixels_.merge(threads);
     }
 
 private:

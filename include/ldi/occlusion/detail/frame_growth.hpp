@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
@@ -68,7 +69,8 @@ public:
     }
 
     /// old  the graph of the constructor
-    grown_pixels run(graph_builder old) {
+    template <executor Executor>
+    grown_pixels run(graph_builder old, Executor& threads) {
         pixels_ = frame_pixels(graph_, margin_);
         const std::int32_t last = graph_.height() - 1;
         left_strips_.resize(left_.pixels.size()), right_strips_.resize(right_.pixels.size());
@@ -85,7 +87,7 @@ public:
         }
         for (const border_side* b : {&left_, &right_, &top_, &bottom_})
             for (const std::int32_t pixel : b->pixels) repaint_rim(*b, pixel);
-        return pixels_.finish(std::move(old));
+        return pixels_.finish(std::move(old), threads);
     }
 
     /// An old pixel, and the pixel whose color it gets.

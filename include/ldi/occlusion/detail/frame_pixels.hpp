@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/occlusion/detail/merged_pixels.hpp>
@@ -43,10 +44,11 @@ public:
     /// Merges all pixels. Call it after all pixels have been added.
     ///
     /// old  the layered image's graph
-    grown_pixels finish(graph_builder old) {
+    template <executor Executor>
+    grown_pixels finish(graph_builder old, Executor& threads) {
         for (const end& e : ends_) old.set_neighbor(e.pixel, e.toward, e.neighbor);
-        new_index_ = merged_indices(pieces_, old_count_, added_.count());
-        return {merged_graph(std::move(old), added_, pieces_, new_index_, margin_), std::move(pieces_), origins_};
+        new_index_ = merged_indices(pieces_, old_count_, added_.count(), threads);
+        return {merged_graph(std::move(old), added_, pieces_, new_index_, margin_, threads), std::move(pieces_), origins_};
     }
 
     /// Returns the index of each pixel in the result.

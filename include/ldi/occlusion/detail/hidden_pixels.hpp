@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
@@ -89,12 +90,13 @@ public:
 
     /// Merges all pixels into canonical order. Releases memory as early as possible, because the memory of make_photo3d() peaks
     /// here. Only write_disparity() may follow.
-    grown_pixels merge() {
+    template <executor Executor>
+    grown_pixels merge(Executor& threads) {
         newest_ = {}, older_ = {};
         grown_pixels result;
         result.pieces = order();
-        const buffer<std::int32_t> index = merged_indices(result.pieces, base_count_, hidden_.count());
-        result.topology = merged_graph(std::move(base_), hidden_, result.pieces, index);
+        const buffer<std::int32_t> index = merged_indices(result.pieces, base_count_, hidden_.count(), threads);
+        result.topology = merged_graph(std::move(base_), hidden_, result.pieces, index, 0, threads);
         result.origins = std::move(origin_);
         base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;

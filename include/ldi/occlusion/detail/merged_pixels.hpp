@@ -3,11 +3,13 @@
 
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -16,11 +18,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Returns the index of each pixel in a merged graph: first of the K old pixels, then of the new ones.
 ///
 /// pieces  all pixels, in the order of the merged graph
-inline buffer<std::int32_t> merged_indices(std::span<const grown_piece> pieces, std::int32_t old_count, std::int32_t new_count) {
+template <executor Executor>
+buffer<std::int32_t> merged_indices(std::span<const grown_piece> pieces, std::int32_t old_count, std::int32_t new_count,
+                                    Executor& threads) {
     buffer<std::int32_t> result(static_cast<std::size_t>(old_count) + static_cast<std::size_t>(new_count), unset);
-    std::int32_t placed = 0;
-    for (const grown_piece& p : pieces)
-        for (std::int32_t i = 0; i < p.count; ++i) result[p.first + (p.is_new ? old_count : 0) + i] = placed++;
+    for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t first) {
+        std::int32_t* const to = result.data() + p.first + (p.is_new ? old_count : 0);
+        std::iota(to, to + p.count, first);
+    });
     return result;
 }
 
@@ -30,19 +35,17 @@ inline buffer<std::int32_t> merged_indices(std::span<const grown_piece> pieces, 
 /// pieces      all pixels, in the order of the result; each pixel of a piece is the right neighbor of the pixel before it
 /// index       merged_indices()
 /// margin      the lattice grows by this width on each side, and all old pixels move by it. Positions in `added` include it
-inline graph merged_graph(graph_builder old, const graph_builder& added, std::span<const grown_piece> pieces,
-                          const buffer<std::int32_t>& index, std::int32_t margin = 0) {
+template <executor Executor>
+graph merged_graph(graph_builder old, const graph_builder& added, std::span<const grown_piece> pieces,
+                   const buffer<std::int32_t>& index, std::int32_t margin, Executor& threads) {
     const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : index[pixel]; };
     // Returns a column of the result. fill(from, count, is_new, to, first) writes the values of a piece to `to`; `from` points to
     // the values of the piece's pixels in the column of their graph, and `first` is the piece's first index in the result.
     const auto merged = [&](array_view<const std::int32_t> of_old, array_view<const std::int32_t> of_added, auto&& fill) {
         buffer<std::int32_t> result(index.size(), unset);
-        std::int32_t first = 0;
-        for (const grown_piece& p : pieces) {
-            if (p.count == 0) continue;
+        for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t first) {
             fill((p.is_new ? of_added : of_old).data() + p.first, p.count, p.is_new, result.data() + first, first);
-            first += p.count;
-        }
+        });
         return result;
     };
     using values = const std::int32_t*;
