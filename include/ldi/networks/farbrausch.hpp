@@ -134,9 +134,9 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
             input.map.values = std::move(fills.input);
             fill = std::move(fills.fill);
         }
-        for (detail::farbrausch_level& level : levels) {
-            level.average = level.average_coarse = {};
-            level.above = {}, level.read = {};
+        for (std::size_t i = 0; i <= this->depth(); ++i) {
+            levels[i].average = levels[i].average_coarse = {};
+            if (i < this->depth()) keep_parents_of_read(levels[i], levels[i + 1].decoded);
         }
         // Progress advances by the same step for each layer, although the fine levels take most of the time.
         float done = 0.2F;
@@ -176,7 +176,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     features coarser = std::move(encoded[depth()]);
     buffer<float> result(levels[0].decoded.size() * output_channels);
     for (std::size_t i = depth(); i-- > 0;) {
-        const source sources[] = {coarser.upsampled(levels[i].decoded_above), encoded[i].view()};
+        const source sources[] = {coarser.upsampled(levels[i].above), encoded[i].view()};
         if (i == 0)
             convolve_partially(levels[i].decode, layers.decoder[i], sources, result, {}, threads);
         else

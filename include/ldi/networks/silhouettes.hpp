@@ -179,7 +179,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
 
     // The last two layers compute only the wanted pixels and their inputs.
     const pixel_subset computed = pixel_subset::marked(wanted);
-    const convolution_plan last = restrict_to(levels[0].same, computed.pixels());
+    const convolution_plan last = restrict_to(levels[0].same, computed);
     const convolution_plan before = restrict_to(levels[0].same, needed_inputs(last));
     const map back_at_fine = run(fine_up, before, {with_coarser(back_at_half, 0), view(at_fine)}, threads);
     run(out, last, {view(back_at_fine)}, result, threads);

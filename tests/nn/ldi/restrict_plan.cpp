@@ -41,11 +41,26 @@ TEST_CASE("restrict_to() refuses outputs that are not ascending or not in the pl
     };
     CHECK_FALSE(result_of(plan, {}));
     CHECK_FALSE(result_of(plan, {0, 19, 50, 51, 399}));
-    for (const indices& outputs : {indices{400}, {-1}, {0, 0}, {1, 0}, {399, 398}, {50, 50}, {51, 50}, {100, 50}, {50, 1000}}) {
+    for (const indices& outputs : {indices{400},
+                                   {-1},
+                                   {0, 0},
+                                   {1, 0},
+                                   {399, 398},
+                                   {50, 50},
+                                   {51, 50},
+                                   {100, 50},
+                                   {50, 1000},
+                                   {INT32_MAX},
+                                   {INT32_MAX, INT32_MIN}}) {
         CAPTURE(outputs);
         CHECK(result_of(plan, outputs) == error_code::mismatch);
     }
-    CHECK(result_of(restrict_to(plan, indices{0, 50, 51, 399}), {52}) == error_code::mismatch);
+    const convolution_plan part = restrict_to(plan, indices{0, 50, 51, 399});
+    CHECK(result_of(part, {52}) == error_code::mismatch);
+    CHECK(raised([&] { restrict_to(part, pixel_subset::marked(buffer<std::uint8_t>(400, std::uint8_t{1}))); }) ==
+          error_code::mismatch);
+    for (const std::size_t count : {0U, 399U, 401U})
+        CHECK(raised([&] { restrict_to(plan, pixel_subset::marked(buffer<std::uint8_t>(count))); }) == error_code::mismatch);
 }
 
 TEST_CASE(
@@ -67,6 +82,9 @@ TEST_CASE(
                 if (i != no_pixel) is_needed[static_cast<std::size_t>(i)] = true;
         }
         REQUIRE(some == expected);
+        buffer<std::uint8_t> marks(plan.output_count());
+        for (const std::int32_t o : subset) marks[o] = 1;
+        REQUIRE(windows_of(restrict_to(plan, pixel_subset::marked(marks))) == expected);
         indices needed;
         for (std::size_t i = 0; i < g.size(); ++i)
             if (is_needed[i]) needed.push_back(static_cast<std::int32_t>(i));

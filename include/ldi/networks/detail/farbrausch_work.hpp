@@ -28,12 +28,23 @@ struct farbrausch_level {
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
-    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
-    convolution_plan encode;             ///< encoder's convolution; its outputs are the pixels read on the next level
-    convolution_plan decode;             ///< decoder's convolution; its outputs are this level's decoded pixels
-    buffer<std::int32_t> decoded_above;  ///< per read pixel: its parent's row among the next level's decoded pixels, or no_pixel
+    pixel_subset read;        ///< pixels at which the network reads its input (level 0) or the encoder's result
+    pixel_subset decoded;     ///< pixels at which the decoder computes a result
+    convolution_plan encode;  ///< encoder's convolution; its outputs are the pixels read on the next level
+    convolution_plan decode;  ///< decoder's convolution; its outputs are this level's decoded pixels
 };
+
+/// Replaces level.above by one entry per read pixel: its parent's row among the next level's decoded pixels, or no_pixel.
+inline void keep_parents_of_read(farbrausch_level& level, const pixel_subset& decoded_above) {
+    buffer<std::int32_t> rows(level.read.size(), unset);
+    level.read.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
+        for (std::int32_t i = 0; i < count; ++i) {
+            const std::int32_t parent = level.above[first + i];
+            rows[row + i] = parent == no_pixel ? no_pixel : decoded_above.row_of(parent);
+        }
+    });
+    level.above = std::move(rows);
+}
 
 /// Plans a level's convolutions between this level and the next coarser one.
 ///
@@ -81,40 +92,32 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
 
     // Traces the decoder in reverse order, from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
-    buffer<pixel_subset> decoded(depth + 1);
-    decoded[0] = pixel_subset::marked(wanted);
+    levels[0].decoded = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
-        level.decode = restrict_to(level.average, decoded[i].pixels());
+        level.decode = restrict_to(level.average, level.decoded);
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for_each_other_byte(read_marks[i], 0, [&](std::int32_t pixel) {
             if (level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         });
-        decoded[i + 1] = pixel_subset::marked(above_marks);
+        levels[i + 1].decoded = pixel_subset::marked(above_marks);
     }
     // Traces the encoder in reverse order, from the coarsest level to the finest. Both the decoder and the next encoder stage
     // read the result of an encoder stage.
-    pixel_subset read = decoded[depth];
+    levels[depth].read = levels[depth].decoded;
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];
-        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels());
+        const pixel_subset& read_above = levels[i + 1].read;
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read_above);
         encode[i] = {};
         mark_needed_inputs(level.encode, read_marks[i]);
-        pixel_subset read_here = pixel_subset::marked(read_marks[i]);
+        level.read = pixel_subset::marked(read_marks[i]);
         read_marks[i] = {};
-        level.encode = on_subsets(std::move(level.encode), read, read_here);
-        level.decode = on_subsets(std::move(level.decode), decoded[i], read_here);
-        level.decoded_above.reserve(read_here.size());
-        for (const std::int32_t pixel : read_here.pixels()) {
-            const std::int32_t above = level.above[pixel];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of()[above]);
-        }
-        decoded[i + 1] = {};
-        read = std::move(read_here);
+        level.encode = on_subsets(std::move(level.encode), read_above, level.read);
+        level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
     }
-    levels[0].read = std::move(read).take_pixels(), levels[0].decoded = std::move(decoded[0]).take_pixels();
     return levels;
 }
 

@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
+#include <ldi/nn/ldi/pixel_subset.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -41,16 +42,18 @@ struct masked_map {
 /// read     pixels that the network reads
 /// convert  converts a float to the type of the network's input
 template <class Convert>
-auto masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known, std::span<const std::int32_t> read,
+auto masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known, const pixel_subset& read,
                   const Convert& convert) {
     masked_map<decltype(convert(0.0F))> input{{read.size(), 3, convert.zero()}, buffer<std::uint8_t>(read.size())};
-    for (std::size_t row = 0; row < read.size(); ++row) {
-        const std::size_t pixel = static_cast<std::size_t>(read[row]);
-        input.mask[row] = known[pixel] != 0 ? 1 : 0;
-        for (std::size_t c = 0; c < 3; ++c)
-            input.map.values[3 * row + c] =
-                known[pixel] != 0 ? convert(nearest_float(colors[3 * pixel + c]) / 255.0F) : input.map.zero;
-    }
+    read.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t first_row) {
+        for (std::int32_t i = 0; i < count; ++i) {
+            const std::size_t pixel = static_cast<std::size_t>(first + i), row = static_cast<std::size_t>(first_row + i);
+            input.mask[row] = known[pixel] != 0 ? 1 : 0;
+            for (std::size_t c = 0; c < 3; ++c)
+                input.map.values[3 * row + c] =
+                    known[pixel] != 0 ? convert(nearest_float(colors[3 * pixel + c]) / 255.0F) : input.map.zero;
+        }
+    });
     return input;
 }
 

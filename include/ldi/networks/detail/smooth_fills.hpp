@@ -9,9 +9,9 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/core/other_bytes.hpp>
 #include <ldi/networks/detail/farbrausch_work.hpp>
 #include <ldi/networks/detail/masked_averages.hpp>
+#include <ldi/nn/ldi/pixel_subset.hpp>
 #include <ldi/nn/ldi/restrict_plan.hpp>
 
 #include <algorithm>
@@ -28,29 +28,6 @@ template <class Value>
 struct smooth_fills {
     buffer<Value> input;  ///< per pixel of `read` of level 0: color - tone (red, green, blue), then 1 for a known color, else 0
     buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
-};
-
-/// Numbers the unknown pixels from 0. Stores one number per block of four pixels, a quarter of the memory of one number per
-/// pixel.
-class unknown_numbers {
-public:
-    explicit unknown_numbers(array_view<const std::uint8_t> known) : known_(known) {
-        std::int32_t before = 0;
-        for (std::int32_t pixel = 0; pixel < known.count(); ++pixel) {
-            if (pixel % block == 0) first_.push_back(before);
-            before += known[pixel] == 0 ? 1 : 0;
-        }
-    }
-    std::int32_t operator()(std::int32_t pixel) const noexcept {
-        std::int32_t number = first_[pixel / block];
-        for (std::int32_t p = pixel - pixel % block; p < pixel; ++p) number += known_[p] == 0 ? 1 : 0;
-        return number;
-    }
-
-private:
-    static constexpr std::int32_t block = 4;
-    array_view<const std::uint8_t> known_;
-    buffer<std::int32_t> first_;  // per block of pixels: number of its first unknown pixel
 };
 
 template <executor Executor>
@@ -87,7 +64,7 @@ public:
             fill_from_above(known[i], unknown, fill, levels_[i].above);
             fill = std::move(known[i]);
             spread(fill, levels_[i].average, unknown, 2 << i);
-            levels_[i].average = {}, levels_[i].above = {};
+            levels_[i].average = {};
         }
         return finest(std::move(fill), tone, convert);
     }
@@ -157,30 +134,31 @@ private:
     template <class Convert>
     auto finest(masked_colors fill_above, const masked_colors& tone_above, const Convert& convert) {
         const farbrausch_level& level = levels_[0];
-        const unknown_numbers number(known_);
-        const masked_colors unknown = unknown_colors(number, fill_above);
+        const pixel_subset unknown = pixel_subset::where(known_.size(), [&](std::int32_t pixel) { return known_[pixel] == 0; });
+        const masked_colors unknown_color = unknown_colors(unknown, fill_above);
         fill_above = {};
         const auto color = [&](std::int32_t pixel) noexcept {
             if (known_[pixel] != 0) return photo(pixel);
-            const std::int32_t i = number(pixel);
-            return unknown.has(i) ? unknown[i] : mean();
+            const std::int32_t i = unknown.row_of(pixel);
+            return unknown_color.has(i) ? unknown_color[i] : mean();
         };
         smooth_fills<decltype(convert(0.0F))> result;
-        result.fill.resize(3 * level.decoded.size());
-        for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const masked_color at = color(level.decoded[d]);
-            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = at[c];
-        }
+        result.fill.resize(3 * level.decoded.size(), unset);
+        level.decoded.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
+            for (std::int32_t i = 0; i < count; ++i) {
+                const masked_color at = color(first + i);
+                std::copy_n(&at[0], 3, result.fill.begin() + 3 * std::ptrdiff_t{row + i});
+            }
+        });
         result.input.resize(lanes::wide * level.read.size(), unset);
         average_windows(
-            restrict_and_renumber(level.average, level.read), threads_,
+            restrict_to(level.average, level.read), threads_,
             [&](std::int32_t p) noexcept { return above_or(tone_above, level.above, p, [&]() noexcept { return photo(p); }); },
-            [&](std::int32_t row, masked_color tone) noexcept {
-                const std::int32_t pixel = level.read[row];
+            [&](std::int32_t pixel, masked_color tone) noexcept {
                 const masked_color here = color(pixel);
                 masked_color relative = here - (tone[3] != 0.0F ? tone : here);
                 relative[3] = known_[pixel] != 0 ? 1.0F : 0.0F;
-                auto* const to = result.input.data() + lanes::wide * static_cast<std::size_t>(row);
+                auto* const to = result.input.data() + lanes::wide * static_cast<std::size_t>(level.read.row_of(pixel));
                 for (std::size_t c = 0; c < lanes::wide; ++c) to[c] = convert(relative[c]);
             });
         return result;
@@ -192,16 +170,15 @@ private:
     /// links connect a surface to the rest of the image, because these links may be missing on coarser levels. Colors then
     /// spread from colored pixels along links, one link per pass: each pixel reached by a pass becomes the average of its
     /// colored neighbors.
-    masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
-        buffer<std::int32_t> unknown;
-        for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
+    masked_colors unknown_colors(const pixel_subset& subset, const masked_colors& fill_above) {
+        const buffer<std::int32_t> unknown = subset.pixels();
         const convolution_plan windows = restrict_and_renumber(levels_[0].average, unknown);
         masked_colors once(unknown.size()), twice(unknown.size());
         average_windows(
             windows, threads_, [&](std::int32_t p) noexcept { return base_color(p, fill_above); },
             [&](std::int32_t i, masked_color c) noexcept { once.set(i, c); });
         average_windows(
-            windows, threads_, [&](std::int32_t p) noexcept { return known_[p] != 0 ? photo(p) : once[number(p)]; },
+            windows, threads_, [&](std::int32_t p) noexcept { return known_[p] != 0 ? photo(p) : once[subset.row_of(p)]; },
             [&](std::int32_t i, masked_color c) noexcept { twice.set(i, c); });
         for (std::int32_t i = 0; i < twice.count(); ++i) {
             if (twice.has(i)) continue;

@@ -2,74 +2,128 @@
 // each of these pixels.
 #pragma once
 
-#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels of a subset, and the index of each pixel in the subset. Subsets are immutable, so their indices stay valid.
+/// Pixels of a subset, and the index of each pixel in the subset: its row. Subsets are immutable, so their rows stay valid.
+/// Memory: a quarter of a byte per pixel of the graph.
 class pixel_subset {
 public:
     pixel_subset() = default;
     pixel_subset(const pixel_subset&) = default;
-    pixel_subset(pixel_subset&&) noexcept = default;
-    pixel_subset& operator=(const pixel_subset& other) { return *this = pixel_subset(other); }  // unchanged if memory runs out
-    pixel_subset& operator=(pixel_subset&&) noexcept = default;
+    pixel_subset(pixel_subset&& other) noexcept { swap(other); }
+    pixel_subset& operator=(pixel_subset other) noexcept {
+        swap(other);
+        return *this;
+    }
 
-    /// Collects the pixels with nonzero marks.
-    static pixel_subset marked(std::span<const std::uint8_t> marks) {
+    /// Collects the pixels of a graph for which has(pixel) is true.
+    template <class Has>
+    static pixel_subset where(std::size_t pixel_count, Has&& has) {
         pixel_subset subset;
-        const auto unmarked = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0}));
-        subset.row_of_.resize(marks.size(), unset);
-        subset.pixels_.resize(marks.size() - unmarked + 1, unset);  // one spare entry, so that the loop writes without a branch
-        std::int32_t pixel = 0, row = 0;
-        for (const std::uint8_t mark : marks) {
-            subset.row_of_[pixel] = mark != 0 ? row : no_pixel;
-            subset.pixels_[row] = pixel++;
-            row += mark != 0 ? 1 : 0;
+        subset.pixel_count_ = pixel_count;
+        subset.blocks_.resize((pixel_count + block_size - 1) / block_size);
+        std::int32_t row = 0;
+        for (std::size_t b = 0; b < subset.blocks_.size(); ++b) {
+            const std::size_t first = b * block_size, count = (std::min)(pixel_count - first, block_size);
+            std::uint64_t bits = 0;
+            for (std::size_t i = 0; i < count; ++i)
+                bits |= static_cast<std::uint64_t>(has(static_cast<std::int32_t>(first + i)) ? 1 : 0) << i;
+            subset.blocks_[b] = {bits, row};
+            row += std::popcount(bits);
         }
-        subset.pixels_.pop_back();
+        subset.size_ = static_cast<std::size_t>(row);
         return subset;
     }
-
-    std::size_t size() const { return pixels_.size(); }
-    /// The pixels, ascending.
-    array_view<const std::int32_t> pixels() const& { return pixels_; }
-    array_view<const std::int32_t> pixels() const&& = delete;  // the values would be destroyed with the subset
-    /// Returns the pixels, and leaves the subset empty.
-    buffer<std::int32_t> take_pixels() && {
-        row_of_ = {};
-        return std::move(pixels_);
+    /// Collects the pixels with nonzero marks.
+    static pixel_subset marked(std::span<const std::uint8_t> marks) {
+        return where(marks.size(), [&](std::int32_t pixel) { return marks[static_cast<std::size_t>(pixel)] != 0; });
     }
-    /// Per pixel of the graph: its index in pixels(), or no_pixel.
-    array_view<const std::int32_t> row_of() const& { return row_of_; }
-    array_view<const std::int32_t> row_of() const&& = delete;
+
+    /// Number of pixels in the subset.
+    std::size_t size() const { return size_; }
+    /// Number of pixels of the graph.
+    std::size_t pixel_count() const { return pixel_count_; }
+    /// Returns the row of a pixel of the graph, or no_pixel if the subset does not contain it.
+    std::int32_t row_of(std::int32_t pixel) const noexcept {
+        LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < pixel_count_);
+        const block& here = blocks_[static_cast<std::size_t>(pixel) / block_size];
+        const std::uint64_t bit = std::uint64_t{1} << (static_cast<std::size_t>(pixel) % block_size);
+        return (here.bits & bit) == 0 ? no_pixel : here.first_row + std::popcount(here.bits & (bit - 1));
+    }
+    /// Calls see(first, count, row) for each run of consecutive pixels, in ascending order. `row` is the row of pixel `first`.
+    template <class See>
+    void for_each_run(See&& see) const {
+        std::int32_t first = 0, count = 0, row = 0;  // a run that may continue in the next block
+        for (std::size_t b = 0; b < blocks_.size(); ++b) {
+            std::uint64_t bits = blocks_[b].bits;
+            for (std::int32_t pixel = static_cast<std::int32_t>(b * block_size); bits != 0;) {
+                const int skipped = std::countr_zero(bits), found = std::countr_one(bits >> skipped);
+                pixel += skipped;
+                if (pixel != first + count) {
+                    if (count > 0) see(first, count, row);
+                    row += count, first = pixel, count = 0;
+                }
+                count += found, pixel += found;
+                bits = skipped + found < static_cast<int>(block_size) ? bits >> (skipped + found) : 0;
+            }
+        }
+        if (count > 0) see(first, count, row);
+    }
+    /// Returns the pixels, ascending.
+    buffer<std::int32_t> pixels() const {
+        buffer<std::int32_t> result(size_, unset);
+        for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
+            std::iota(result.begin() + row, result.begin() + row + count, first);
+        });
+        return result;
+    }
+
+    friend bool operator==(const pixel_subset&, const pixel_subset&) = default;
 
 private:
-    buffer<std::int32_t> pixels_, row_of_;
+    static constexpr std::size_t block_size = 64;
+    /// `block_size` pixels of the graph.
+    struct block {
+        std::uint64_t bits = 0;      ///< bit i: whether the subset contains the block's pixel i
+        std::int32_t first_row = 0;  ///< number of the subset's pixels in the blocks before this one
+        friend bool operator==(const block&, const block&) = default;
+    };
+
+    void swap(pixel_subset& other) noexcept {
+        blocks_.swap(other.blocks_);
+        std::swap(size_, other.size_), std::swap(pixel_count_, other.pixel_count_);
+    }
+
+    buffer<block> blocks_;
+    std::size_t size_ = 0, pixel_count_ = 0;
 };
 
 namespace detail {
 
 inline void check_graph_of(const pixel_subset& subset, std::size_t pixels) {
-    if (subset.row_of().size() != pixels)
+    if (subset.pixel_count() != pixels)
         raise(error_code::mismatch, "pixel_subset", "a subset of the plan's " + std::to_string(pixels) + " pixels",
-              "a subset of " + std::to_string(subset.row_of().size()) + " pixels");
+              "a subset of " + std::to_string(subset.pixel_count()) + " pixels");
 }
 
 /// Returns the row of the first of `count` consecutive pixels. Raises mismatch unless the subset contains all of them.
 inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pixel_subset& subset) {
-    const std::int32_t last = first + count - 1, row = subset.row_of()[first], last_row = subset.row_of()[last];
+    const std::int32_t last = first + count - 1, row = subset.row_of(first), last_row = subset.row_of(last);
     if (row == no_pixel || last_row == no_pixel || last_row - row != last - first)
         raise(error_code::mismatch, "pixel_subset",
               "a subset with pixels " + std::to_string(first) + " to " + std::to_string(last) + ", which the plan uses",

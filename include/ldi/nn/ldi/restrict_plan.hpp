@@ -9,6 +9,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
+#include <ldi/nn/ldi/pixel_subset.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -21,49 +22,65 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
-template <class Number>
-plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
+/// Restricts a plan to some outputs, and renumbers them.
+///
+/// for_each_run  for_each_run(see) calls see(first, count, row) for each run of consecutive outputs: first, first + 1, ...
+/// number        number(output, row) returns the new number of an output; rows count the outputs of all runs
+template <class ForEachRun, class Number>
+plan_parts restrict_and_number(const convolution_plan& plan, ForEachRun&& for_each_run, Number&& number) {
     plan_parts result;
     result.kernel_size = plan.kernel_size(), result.stride = plan.stride();
     result.input_count = plan.input_count(), result.output_count = plan.output_count();
     const array_view<const plan_segment> segments = plan.segments();
     const array_view<const std::int32_t> all_irregular = plan.irregular();
+    std::int32_t next = 0;
     const auto refuse = [](std::int32_t output) {
         raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan",
               "an output out of order or not in the plan: " + std::to_string(output));
     };
     std::size_t s = 0, irregular = 0;
-    for (std::size_t i = 0; i < outputs.size();) {
-        const std::int32_t output = outputs[i];
-        if (i > 0 && outputs[i - 1] >= output) refuse(output);
-        while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
-        if (s == segments.size() || segments[s].first > output) {
-            while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
-            if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
-            result.irregular.push_back(number(i));
-            const std::span<const std::int32_t> window = plan.window_of(irregular);
-            result.windows.append(window.begin(), window.end());
-            ++i;
-            continue;
-        }
-        const plan_segment from = segments[s];
-        std::size_t last = i + 1;
-        while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
-        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = result.stride * (output - from.first);
-        const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= min_segment)
-            add_segment(result, {number(i), count}, rows, shift);
-        else
-            for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(number(i) + o);
-                for (const std::int32_t row : rows)
-                    for (std::int32_t x = 0; x < result.kernel_size; ++x)
-                        result.windows.push_back(row + shift + result.stride * o + x - result.kernel_size / 2);
+    for_each_run([&](std::int32_t first, std::int32_t run_count, std::int32_t row) {
+        if (first < next || static_cast<std::size_t>(first) >= plan.output_count()) refuse(first);
+        next = first + run_count;
+        for (std::int32_t output = first; output < next;) {
+            const std::int32_t to = number(output, row + output - first);
+            while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
+            if (s == segments.size() || segments[s].first > output) {
+                while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
+                if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
+                result.irregular.push_back(to);
+                const std::span<const std::int32_t> window = plan.window_of(irregular);
+                result.windows.append(window.begin(), window.end());
+                ++output;
+                continue;
             }
-        i = last;
-    }
+            const plan_segment from = segments[s];
+            const std::int32_t count = (std::min)(next, from.first + from.count) - output;
+            const std::int32_t shift = result.stride * (output - from.first);
+            const std::span<const std::int32_t> rows = plan.rows_of(s);
+            if (count >= min_segment)
+                add_segment(result, {to, count}, rows, shift);
+            else
+                for (std::int32_t o = 0; o < count; ++o) {
+                    result.irregular.push_back(to + o);
+                    for (const std::int32_t r : rows)
+                        for (std::int32_t x = 0; x < result.kernel_size; ++x)
+                            result.windows.push_back(r + shift + result.stride * o + x - result.kernel_size / 2);
+                }
+            output += count;
+        }
+    });
     return result;
+}
+
+/// Returns the runs of ascending outputs, for restrict_and_number().
+inline auto runs_of_outputs(std::span<const std::int32_t> outputs) {
+    return [outputs](auto&& see) {
+        for (std::size_t i = 0, last = 0; i < outputs.size(); i = last) {
+            for (last = i + 1; last < outputs.size() && outputs[last] == std::int64_t{outputs[last - 1]} + 1;) ++last;
+            see(outputs[i], static_cast<std::int32_t>(last - i), static_cast<std::int32_t>(i));
+        }
+    };
 }
 
 }  // namespace detail
@@ -72,7 +89,15 @@ plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std
 ///
 /// outputs  ascending outputs of the plan; raises mismatch for others
 inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    return detail::plan_of(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
+    return detail::plan_of(detail::restrict_and_number(plan, detail::runs_of_outputs(outputs),
+                                                       [](std::int32_t output, std::int32_t) { return output; }));
+}
+/// The same for a subset of the plan's outputs. Raises mismatch if the subset belongs to a graph with a different number of
+/// pixels, or contains a pixel that is not an output of the plan.
+inline convolution_plan restrict_to(const convolution_plan& plan, const pixel_subset& outputs) {
+    detail::check_graph_of(outputs, plan.output_count());
+    return detail::plan_of(detail::restrict_and_number(
+        plan, [&](auto&& see) { outputs.for_each_run(see); }, [](std::int32_t output, std::int32_t) { return output; }));
 }
 
 /// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
@@ -80,7 +105,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
 /// outputs  as in restrict_to()
 inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
     detail::plan_parts result =
-        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+        detail::restrict_and_number(plan, detail::runs_of_outputs(outputs), [](std::int32_t, std::int32_t row) { return row; });
     result.output_count = outputs.size();
     return detail::plan_of(std::move(result));
 }
