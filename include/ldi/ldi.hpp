@@ -95,6 +95,7 @@
 #include <ldi/inpaint/texture_transfer.hpp>
 #include <ldi/inpaint/uncertain_rims.hpp>
 
+#include <ldi/charts/chart_pixels.hpp>
 #include <ldi/charts/chart_set.hpp>
 #include <ldi/charts/charts.hpp>
 

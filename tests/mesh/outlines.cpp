@@ -176,7 +176,8 @@ TEST_CASE("disparities and charts of another image are refused") {
     const ldi::graph g = ldi::make_grid(3, 2);
     ldi::chart_set charts;
     charts.chart_of.assign(6, 0);
-    charts.charts.push_back({0, 0, 3, 2, {0, 1, 2, 3, 4, 5}});
+    charts.charts.push_back({0, 0, 3, 2, {}});
+    charts.charts.front().pixels.add_run(0, 6);
     REQUIRE_NOTHROW(ldi::trace_outlines(g, ldi::buffer<float>(6), charts));
     REQUIRE_THROWS_AS(ldi::trace_outlines(g, ldi::buffer<float>(5), charts), ldi::error);
     charts.chart_of[2] = 7;
@@ -189,7 +190,8 @@ TEST_CASE("pixels that are not in canonical order are refused") {
     g.link(1, ldi::side::right, 0);
     ldi::chart_set charts;
     charts.chart_of = {0, 0};
-    charts.charts.push_back({0, 0, 2, 1, {0, 1}});
+    charts.charts.push_back({0, 0, 2, 1, {}});
+    charts.charts.front().pixels.add_run(0, 2);
     REQUIRE_THROWS_AS(ldi::trace_outlines(g, ldi::buffer<float>{0, 0}, charts), ldi::error);
 }
 #endif

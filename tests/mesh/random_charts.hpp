@@ -67,19 +67,20 @@ inline ldi::chart_set random_partition(const ldi::graph_view& g, std::mt19937& r
         const std::int32_t index = static_cast<std::int32_t>(result.charts.size());
         ldi::chart chart;
         std::set<std::pair<std::int32_t, std::int32_t>> taken;
-        ldi::buffer<std::int32_t> front{static_cast<std::int32_t>(seed)};
-        while (!front.empty() && chart.pixels.size() < max_size) {
+        ldi::buffer<std::int32_t> front{static_cast<std::int32_t>(seed)}, pixels;
+        while (!front.empty() && pixels.size() < max_size) {
             std::swap(front[below(front.size())], front.back());
             const std::int32_t pixel = front.back();
             front.pop_back();
             const std::size_t i = static_cast<std::size_t>(pixel);
             if (result.chart_of[i] != ldi::no_pixel || !taken.insert({g.x()[i], g.y()[i]}).second) continue;
             result.chart_of[i] = index;
-            chart.pixels.push_back(pixel);
+            pixels.push_back(pixel);
             for (ldi::side s : ldi::all_sides)
                 if (g.neighbor(pixel, s) != ldi::no_pixel) front.push_back(g.neighbor(pixel, s));
         }
-        std::sort(chart.pixels.begin(), chart.pixels.end());
+        std::sort(pixels.begin(), pixels.end());
+        for (const std::int32_t pixel : pixels) chart.pixels.push_back(pixel);
         std::int32_t right = 0, bottom = 0;
         chart.x = g.width(), chart.y = g.height();
         for (std::int32_t pixel : chart.pixels) {

@@ -156,7 +156,8 @@ TEST_CASE("padding of random charts copies linked pixels or stays within the ran
             // All colors that links of the chart reach, by texel.
             std::map<std::pair<std::int32_t, std::int32_t>, std::set<rgb>> reached;
             std::set<std::int32_t> seen(c.pixels.begin(), c.pixels.end());
-            buffer<std::int32_t> wave = c.pixels;
+            buffer<std::int32_t> wave;
+            for (const std::int32_t pixel : c.pixels) wave.push_back(pixel);
             for (std::int32_t step = 0; step < options.filter_padding; ++step) {
                 buffer<std::int32_t> next;
                 for (std::int32_t pixel : wave)
@@ -233,9 +234,9 @@ TEST_CASE(
                                           {{0, 0}, {0, 0, 16, 16}}})
         CHECK(result_of(sound, placement, room) == error_code::mismatch);
     CHECK(result_of(sound, {4, 4}, {0, 0, 32, 32}, 0) == error_code::mismatch);
-    for (const std::int32_t pixel : {-1, 20, 800}) {
+    for (const std::int32_t pixel : {sound.pixels.back() + 1, 799, 800, INT32_MAX - 1}) {
         chart wrong = sound;
-        wrong.pixels.back() = pixel;
+        wrong.pixels.push_back(pixel);
         CHECK(result_of(wrong, {4, 4}, {0, 0, 32, 32}) == error_code::mismatch);
     }
     const std::vector<texel_kind> few(layers.size() - 1, texel_kind::photo);

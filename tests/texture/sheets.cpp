@@ -113,7 +113,7 @@ TEST_CASE("rectangles of charts on a sheet do not overlap, and only charts with 
             taken.emplace_back(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width));
         }
         for (std::int32_t c = 0; c < s.charts.charts.count(); ++c) {
-            const buffer<std::int32_t>& pixels = s.charts.charts[c].pixels;
+            const chart_pixels& pixels = s.charts.charts[c].pixels;
             const bool shows_photo = std::any_of(pixels.begin(), pixels.end(),
                                                  [&](std::int32_t i) { return s.layers.column<known_column>()[i] != 0; });
             const sheet_placement& place = s.layout.placements[c];
@@ -273,7 +273,7 @@ TEST_CASE("invalid options, mismatched images and photos too large for the sheet
         CHECK(testing::raised([&] { lay_out_sheets(s.layers, s.charts, s.atlas, 100, std::size_t{1} << 31); }) ==
               error_code::too_large);
     chart_set other_charts = s.charts;
-    other_charts.charts.front().pixels.back() = s.layers.topology().count();
+    other_charts.charts.front().pixels.push_back(s.layers.topology().count());
     const auto lay_out_others = [&] { lay_out_sheets(s.layers, other_charts, s.atlas, s.photo.height(), s.photo.width()); };
     CHECK(testing::raised(lay_out_others) == error_code::mismatch);
     const auto draw = [&](std::size_t sheet, image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo) {

@@ -142,8 +142,11 @@ void add_charts(py::module_& module) {
         .def_readonly("y", &chart::y, "top of its bounding box in the photo")
         .def_readonly("width", &chart::width, "width of its bounding box in pixels")
         .def_readonly("height", &chart::height, "height of its bounding box in pixels");
-    add_view(one, "pixels", "N int32: indices of its pixels in the layers, ascending",
-             [](const py::object& self, const chart& c) { return array_over(self, c.pixels); });
+    add_view(one, "pixels", "N int32: indices of its pixels in the layers, ascending", [](const py::object&, const chart& c) {
+        buffer<std::int32_t> indices;
+        for (const std::int32_t pixel : c.pixels) indices.push_back(pixel);
+        return copy_of(indices);
+    });
 
     py::class_<charts_value, std::shared_ptr<charts_value>> charts(
         module, "Charts", "A partition of the layers into charts, a sequence of Chart; make_charts() makes it.");

@@ -4,6 +4,7 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/charts/chart_pixels.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ inline constexpr std::int32_t max_chart_box = 8192;
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
     std::int32_t width = 0, height = 0;  ///< size of the bounding box in pixels
-    buffer<std::int32_t> pixels;         ///< indices in the layered image, ascending
+    chart_pixels pixels;                 ///< indices in the layered image
 };
 
 /// A partition of all pixels into charts.
@@ -38,7 +39,7 @@ struct chart_placement {
 
 namespace detail {
 
-/// Whether a chart's pixel indices are ascending, and all its pixels are assigned to chart `c` and lie in its bounding box.
+/// Whether all pixels of a chart exist, are assigned to chart `c`, and lie in its bounding box.
 inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int32_t> chart_of, const graph_view& g) {
     const auto last_of = [](std::int32_t first, std::int32_t length, std::int32_t lattice) {
         return static_cast<std::int32_t>(std::clamp(std::int64_t{first} + length, std::int64_t{0}, std::int64_t{lattice}) - 1);
@@ -46,19 +47,13 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     const std::int32_t left = (std::max)(box.x, 0), right = last_of(box.x, box.width, g.width());
     const std::int32_t top = (std::max)(box.y, 0), bottom = last_of(box.y, box.height, g.height());
     const std::int32_t *const x = g.x().data(), *const y = g.y().data();
-    std::int32_t previous = no_pixel, different = 0, outside = 0;  // `outside` becomes negative if a pixel lies outside
-    for (std::size_t i = 0; i < box.pixels.size();) {
-        // Pixels adjacent in memory are checked with vector instructions, because this runs over all pixels.
-        const std::int32_t first = box.pixels[i];
-        const std::uint32_t start = static_cast<std::uint32_t>(first) - static_cast<std::uint32_t>(i);
-        while (i < box.pixels.size() && static_cast<std::uint32_t>(box.pixels[i]) == start + static_cast<std::uint32_t>(i)) ++i;
-        const std::int32_t last = box.pixels[i - 1];
-        if (first <= previous || last < first || last >= g.count()) return false;
-        for (std::int32_t p = first; p <= last; ++p) {
+    std::int32_t different = 0, outside = 0;  // `outside` becomes negative if a pixel lies outside
+    for (const chart_pixels::run& r : box.pixels.runs()) {
+        if (r.count > g.count() - r.first) return false;
+        for (std::int32_t p = r.first; p < r.first + r.count; ++p) {  // vectorized, because this runs over all pixels
             different |= chart_of[p] ^ c;
             outside |= (x[p] - left) | (right - x[p]) | (y[p] - top) | (bottom - y[p]);
         }
-        previous = last;
     }
     return different == 0 && outside >= 0;
 }
@@ -83,7 +78,7 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
                   std::to_string(box.width) + " x " + std::to_string(box.height));
         count += box.pixels.size();
         if (!detail::fits_box(box, c, charts.chart_of, g))
-            refuse("chart " + std::to_string(c) + ", whose pixels are not ascending, not in its box of " +
+            refuse("chart " + std::to_string(c) + ", whose pixels are not all in the graph, not in its box of " +
                    std::to_string(box.width) + " x " + std::to_string(box.height) + " at (" + std::to_string(box.x) + ", " +
                    std::to_string(box.y) + "), or not assigned to it by chart_of");
     }

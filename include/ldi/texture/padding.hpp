@@ -119,18 +119,18 @@ private:
     /// Calls `visit(pixel, texel, count)` for each run of pixels that are consecutive in memory and in a row of the atlas.
     template <class Visit>
     void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
-        for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
-            const std::int32_t pixel = c.pixels[first];
-            if (pixel < 0 || pixel >= graph_.count()) refuse_outside(pixel);
-            const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
-            std::int32_t count = 1;
-            for (last = first + 1; last < c.pixels.size() && c.pixels[last] == pixel + count &&
-                                   graph_.x()[pixel + count] == x + count && graph_.y()[pixel + count] == y;
-                 ++last)
-                ++count;
-            if (x < c.x || y < c.y || std::int64_t{x} + count > std::int64_t{c.x} + c.width || y - c.y >= c.height)
-                refuse_outside(pixel);
-            visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
+        for (const chart_pixels::run& r : c.pixels.runs()) {
+            if (r.count > graph_.count() - r.first) refuse_outside(r.first + (r.count - 1));
+            for (std::int32_t pixel = r.first, end = pixel + r.count, count = 0; pixel < end; pixel += count) {
+                const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
+                for (count = 1; pixel + count < end;) {
+                    if (graph_.x()[pixel + count] != x + count || graph_.y()[pixel + count] != y) break;
+                    ++count;
+                }
+                if (x < c.x || y < c.y || std::int64_t{x} + count > std::int64_t{c.x} + c.width || y - c.y >= c.height)
+                    refuse_outside(pixel);
+                visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
+            }
         }
     }
 

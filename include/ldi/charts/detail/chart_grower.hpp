@@ -16,7 +16,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -55,10 +54,7 @@ public:
         for (std::int32_t first = 0, last = 0; first < count; first = last) {
             const std::int32_t c = chart_of(first);
             while (last < count && chart_of(last) == c) ++last;
-            buffer<std::int32_t>& pixels = result_.charts[c].pixels;
-            const std::size_t before = pixels.size();
-            pixels.resize(before + static_cast<std::size_t>(last - first), unset);
-            std::iota(pixels.begin() + before, pixels.end(), first);
+            result_.charts[c].pixels.add_run(first, last - first);
         }
         return std::move(result_);
     }
@@ -101,12 +97,10 @@ private:
         current_ = result_.charts.count();
         left_ = right_ = graph_.x()[seed], top_ = bottom_ = graph_.y()[seed];
         queue_.clear();
-        std::int64_t pixels = 0;
         visit(seed, graph_.x()[seed], graph_.y()[seed]);
         for (std::size_t next = 0;;) {
             for (; next < queue_.size(); ++next) {
                 const strip r = queue_[next];
-                pixels += r.count;
                 grow_from(r, graph_.up(), r.y - 1);
                 grow_from(r, graph_.down(), r.y + 1);
             }
@@ -114,12 +108,10 @@ private:
             if (pixel == no_pixel) break;
             if (!fits_box(x, y) || occupant(x, y) != no_pixel || !is_clear_of_other_surfaces(pixel, x, y)) continue;
             accept_contested(pixel, x, y);
-            ++pixels;
             for (const side s : all_sides) visit(graph_.neighbor(pixel, s), x + step_x(s), y + step_y(s));
         }
         chart grown;
         grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
-        grown.pixels.reserve(static_cast<std::size_t>(pixels));
         result_.charts.push_back(std::move(grown));
     }
 

@@ -88,14 +88,18 @@ private:
         // 0.4 pixels from the spacing with 16,000 slopes, whose computation takes eight times as long. Each slope spans 8
         // pixels, and slopes start at least 61 pixels apart. Both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
-        const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
+        const std::int32_t stride = (std::max)(61, static_cast<std::int32_t>(c.pixels.size() / 1024));
         shifts_.clear();
         const float spacing = nearest_float(options_.spacing);
-        for (std::int32_t i = 0; i + reach < c.pixels.count(); i += stride) {
-            const std::int32_t a = c.pixels[i], b = c.pixels[i + reach];
-            if (b != a + reach || g_.y()[a] != g_.y()[b] || g_.x()[b] != g_.x()[a] + reach) continue;
-            const float shift = range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]);
-            if (!std::isnan(shift)) shifts_.push_back(shift);  // NaN if both inverse depths are 0, at negative disparities
+        std::int32_t skipped = 0;  // pixels of the next run before the start of the next slope
+        for (const chart_pixels::run& r : c.pixels.runs()) {
+            for (; skipped < r.count; skipped += stride) {
+                const std::int32_t a = r.first + skipped, b = a + reach;
+                if (reach >= r.count - skipped || g_.y()[a] != g_.y()[b] || g_.x()[b] != g_.x()[a] + reach) continue;
+                const float shift = range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]);
+                if (!std::isnan(shift)) shifts_.push_back(shift);  // NaN if both inverse depths are 0, at negative disparities
+            }
+            skipped -= r.count;
         }
         if (shifts_.empty()) return options_.spacing;
         float* const rank = shifts_.begin() + shifts_.size() * 9 / 10;
