@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 using namespace ldi;
@@ -42,6 +43,14 @@ TEST_CASE("a chart's pixels are those added, ascending, and its runs are as long
         for (const std::int32_t pixel : expected) one_by_one.push_back(pixel);
         REQUIRE(one_by_one == pixels);
     }
+}
+
+TEST_CASE("a moved-from list of pixels is empty") {
+    chart_pixels pixels;
+    pixels.add_run(3, 4);
+    const chart_pixels other = std::move(pixels);
+    CHECK(other.size() == 4);
+    CHECK((pixels.empty() && pixels.size() == 0 && pixels.runs().empty()));  // NOLINT(bugprone-use-after-move)
 }
 
 TEST_CASE("a chart's pixels refuse pixels out of order, negative ones, empty runs, and indices of 2^31 - 1 or more") {

@@ -142,11 +142,16 @@ void add_charts(py::module_& module) {
         .def_readonly("y", &chart::y, "top of its bounding box in the photo")
         .def_readonly("width", &chart::width, "width of its bounding box in pixels")
         .def_readonly("height", &chart::height, "height of its bounding box in pixels");
-    add_view(one, "pixels", "N int32: indices of its pixels in the layers, ascending", [](const py::object&, const chart& c) {
-        buffer<std::int32_t> indices;
-        for (const std::int32_t pixel : c.pixels) indices.push_back(pixel);
-        return copy_of(indices);
-    });
+    one.def_property_readonly(
+        "pixels",
+        [](const chart& c) {
+            buffer<std::int32_t> indices;
+            indices.reserve(c.pixels.size());
+            for (const std::int32_t pixel : c.pixels) indices.push_back(pixel);
+            py::array_t<std::int32_t> array = copy_of(indices);
+            return array_over(array, array.data(), {array.size()});  // read-only
+        },
+        "N int32: indices of its pixels in the layers, ascending, in a new array");
 
     py::class_<charts_value, std::shared_ptr<charts_value>> charts(
         module, "Charts", "A partition of the layers into charts, a sequence of Chart; make_charts() makes it.");

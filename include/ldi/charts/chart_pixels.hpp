@@ -23,6 +23,7 @@ public:
         friend bool operator==(const run&, const run&) = default;
     };
 
+    /// Forward iterator over the pixels.
     class iterator {
     public:
         using iterator_category = std::forward_iterator_tag;
@@ -57,33 +58,39 @@ public:
     void add_run(std::int32_t first, std::int32_t count) {
         const std::int32_t smallest = runs_.empty() ? 0 : back() + 1;
         if (count < 1 || first < smallest || count > (std::numeric_limits<std::int32_t>::max)() - first)
-            raise(error_code::mismatch, "chart_pixels", "at least one pixel, from " + std::to_string(smallest) + " on",
+            raise(error_code::mismatch, "chart_pixels", "at least one pixel, from " + std::to_string(smallest) + " to 2147483646",
                   std::to_string(count) + " pixels from " + std::to_string(first) + " on");
         if (!runs_.empty() && first == smallest)
             runs_.back().count += count;
         else
             runs_.push_back({first, count});
-        size_ += static_cast<std::size_t>(count);
     }
+    /// Adds one pixel. Raises the errors of add_run().
     void push_back(std::int32_t pixel) { add_run(pixel, 1); }
 
-    /// Number of pixels.
-    std::size_t size() const { return size_; }
+    /// Number of pixels. Time is linear in the number of runs.
+    std::size_t size() const {
+        std::size_t total = 0;
+        for (const run& r : runs_) total += static_cast<std::size_t>(r.count);
+        return total;
+    }
     bool empty() const { return runs_.empty(); }
+    /// The first and the last pixel of a list that is not empty.
     std::int32_t front() const { return runs_.front().first; }
     std::int32_t back() const { return runs_.back().first + (runs_.back().count - 1); }
     /// The runs, ascending. Between two runs, at least one pixel is missing.
     array_view<const run> runs() const& { return runs_; }
     array_view<const run> runs() const&& = delete;  // the runs would be destroyed with the list
 
-    iterator begin() const { return iterator(runs_.data()); }
-    iterator end() const { return iterator(runs_.data() + runs_.size()); }
+    iterator begin() const& { return iterator(runs_.data()); }
+    iterator begin() const&& = delete;
+    iterator end() const& { return iterator(runs_.data() + runs_.size()); }
+    iterator end() const&& = delete;
 
     friend bool operator==(const chart_pixels&, const chart_pixels&) = default;
 
 private:
     buffer<run> runs_;
-    std::size_t size_ = 0;
 };
 
 }}  // namespace ldi

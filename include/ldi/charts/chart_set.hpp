@@ -78,9 +78,9 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
                   std::to_string(box.width) + " x " + std::to_string(box.height));
         count += box.pixels.size();
         if (!detail::fits_box(box, c, charts.chart_of, g))
-            refuse("chart " + std::to_string(c) + ", whose pixels are not all in the graph, not in its box of " +
+            refuse("chart " + std::to_string(c) + ", whose pixels are not all in the graph, not all in its box of " +
                    std::to_string(box.width) + " x " + std::to_string(box.height) + " at (" + std::to_string(box.x) + ", " +
-                   std::to_string(box.y) + "), or not assigned to it by chart_of");
+                   std::to_string(box.y) + "), or not all assigned to it by chart_of");
     }
     if (count != g.size()) refuse("charts with " + std::to_string(count) + " pixels in total");
 }

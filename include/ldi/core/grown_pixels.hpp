@@ -1,4 +1,5 @@
 // Result of the callback of layered_image::grow(): a graph with added pixels, and the source of each of its pixels.
+// for_each_piece() visits these sources on several threads.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -28,10 +29,10 @@ struct grown_pixels {
     buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
 
-namespace detail {
-
-/// Calls body(piece, first) for every piece with pixels, several pieces at the same time. `first` is the new index of the
-/// piece's first pixel.
+/// Calls body(piece, first) for every piece with pixels, for several pieces at the same time. `first` is the new index of the
+/// piece's first pixel. Passes exceptions on like parallel_for().
+///
+/// pieces  in the order of the new indices, as in grown_pixels: counts of 0 or more, fewer than 2^31 pixels in total
 template <executor Executor, class Body>
 void for_each_piece(Executor& threads, std::span<const grown_piece> pieces, Body&& body) {
     constexpr std::size_t pieces_per_task = 1024;
@@ -44,6 +45,8 @@ void for_each_piece(Executor& threads, std::span<const grown_piece> pieces, Body
         }
     });
 }
+
+namespace detail {
 
 /// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old pixel.
 inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {

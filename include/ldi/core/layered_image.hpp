@@ -220,9 +220,9 @@ public:
         *this = with_pixels(std::move(b).build(detail::unchecked), old_index);
     }
 
-    /// Adds pixels, on several threads: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each
-    /// new pixel continues an old pixel; the columns' rules compute its values from the values of the old pixel. Returns
-    /// grown_pixels::pieces. During the call the image is empty, but views of its columns stay valid. Raises mismatch if
+    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
+    /// old pixel; the columns' rules compute its values from the values of the old pixel, on several threads at the same time.
+    /// Returns grown_pixels::pieces. During the call the image is empty, but views of its columns stay valid. Raises mismatch if
     /// grown_pixels does not describe every pixel, if the lattice shrinks, or if `make` assigned pixels to the image itself.
     /// After this error, if `make` or a column's rule throws, or if memory runs out, the image remains empty (or, if `make`
     /// throws after such an assignment, keeps the assigned pixels).
@@ -283,7 +283,7 @@ private:
     template <class Column, executor Executor>
     buffer<typename Column::scalar> grown_column(const grown_pixels& grown, Executor& threads) const {
         buffer<typename Column::scalar> result(detail::scalar_count<Column>(grown.topology.size()), unset);
-        detail::for_each_piece(threads, grown.pieces, [&](const grown_piece& p, std::int32_t first) {
+        for_each_piece(threads, grown.pieces, [&](const grown_piece& p, std::int32_t first) {
             typename Column::scalar* to = result.data() + detail::scalar_count<Column>(static_cast<std::size_t>(first));
             if (!p.is_new) {
                 std::copy_n(at<Column>(p.first).data(), detail::scalar_count<Column>(static_cast<std::size_t>(p.count)), to);

@@ -152,7 +152,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         layers.template column<known_column>()[new_index[pixel]] = 0;
     }
     const auto disparity = layers.template column<disparity_column>();
-    detail::for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t to) {
+    for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t to) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i, ++to) {
             // Replaces the values that the new_pixel rules set: black, and the disparity of the pixel that the new pixel shows.
             const auto color = detail::softened_color(layers, margin, new_index[growth->pixels().origins()[i]]);

@@ -51,6 +51,7 @@ public:
         const std::int32_t count = graph_.count();
         for (std::int32_t seed = 0; seed < count; ++seed)
             if (chart_of(seed) < 0) grow(seed);
+        occupants_ = {}, cells_ = {}, queue_ = {}, waiting_ = {};  // releases memory before the charts get their pixels
         for (std::int32_t first = 0, last = 0; first < count; first = last) {
             const std::int32_t c = chart_of(first);
             while (last < count && chart_of(last) == c) ++last;

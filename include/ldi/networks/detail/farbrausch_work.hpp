@@ -23,13 +23,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A level of detail and the network's work on it.
 struct farbrausch_level {
-    std::size_t pixel_count = 0;      ///< pixels of the level's graph
-    buffer<std::int32_t> above;       ///< parent of each pixel on the next coarser level, or no_pixel; empty on the last level
+    std::size_t pixel_count = 0;  ///< pixels of the level's graph
+    /// Parent of each pixel on the next coarser level, or no_pixel, until keep_parents_of_read() replaces the entries; empty on
+    /// the last level.
+    buffer<std::int32_t> above;
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
     pixel_subset read;        ///< pixels at which the network reads its input (level 0) or the encoder's result
-    pixel_subset decoded;     ///< pixels at which the decoder computes a result
+    pixel_subset decoded;     ///< pixels at which the decoder computes a result or, on the last level, reads the encoder's
     convolution_plan encode;  ///< encoder's convolution; its outputs are the pixels read on the next level
     convolution_plan decode;  ///< decoder's convolution; its outputs are this level's decoded pixels
 };

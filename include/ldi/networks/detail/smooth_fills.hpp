@@ -147,7 +147,7 @@ private:
         level.decoded.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
             for (std::int32_t i = 0; i < count; ++i) {
                 const masked_color at = color(first + i);
-                std::copy_n(&at[0], 3, result.fill.begin() + 3 * std::ptrdiff_t{row + i});
+                for (std::size_t c = 0; c < 3; ++c) result.fill[3 * static_cast<std::size_t>(row + i) + c] = at[c];
             }
         });
         result.input.resize(lanes::wide * level.read.size(), unset);
@@ -170,20 +170,20 @@ private:
     /// links connect a surface to the rest of the image, because these links may be missing on coarser levels. Colors then
     /// spread from colored pixels along links, one link per pass: each pixel reached by a pass becomes the average of its
     /// colored neighbors.
-    masked_colors unknown_colors(const pixel_subset& subset, const masked_colors& fill_above) {
-        const buffer<std::int32_t> unknown = subset.pixels();
-        const convolution_plan windows = restrict_and_renumber(levels_[0].average, unknown);
+    masked_colors unknown_colors(const pixel_subset& unknown, const masked_colors& fill_above) {
+        const buffer<std::int32_t> pixels = unknown.pixels();
+        const convolution_plan windows = restrict_and_renumber(levels_[0].average, pixels);
         masked_colors once(unknown.size()), twice(unknown.size());
         average_windows(
             windows, threads_, [&](std::int32_t p) noexcept { return base_color(p, fill_above); },
             [&](std::int32_t i, masked_color c) noexcept { once.set(i, c); });
         average_windows(
-            windows, threads_, [&](std::int32_t p) noexcept { return known_[p] != 0 ? photo(p) : once[subset.row_of(p)]; },
+            windows, threads_, [&](std::int32_t p) noexcept { return known_[p] != 0 ? photo(p) : once[unknown.row_of(p)]; },
             [&](std::int32_t i, masked_color c) noexcept { twice.set(i, c); });
         for (std::int32_t i = 0; i < twice.count(); ++i) {
             if (twice.has(i)) continue;
             if (alone_.empty()) run_waves(fill_above);
-            twice.set(i, base_color(unknown[i], fill_above));
+            twice.set(i, base_color(pixels[i], fill_above));
         }
         return twice;
     }

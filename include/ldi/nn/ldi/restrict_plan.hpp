@@ -25,7 +25,8 @@ namespace detail {
 /// Restricts a plan to some outputs, and renumbers them.
 ///
 /// for_each_run  for_each_run(see) calls see(first, count, row) for each run of consecutive outputs: first, first + 1, ...
-/// number        number(output, row) returns the new number of an output; rows count the outputs of all runs
+///               `row` is the number of outputs in all previous runs
+/// number        number(output, row) returns the new number of an output, which is the output number `row` of all runs
 template <class ForEachRun, class Number>
 plan_parts restrict_and_number(const convolution_plan& plan, ForEachRun&& for_each_run, Number&& number) {
     plan_parts result;
