@@ -2058,6 +2058,7 @@ concept has_columns = (has_column<Layers, Columns> && ...);
 
 // ---- ldi/core/grown_pixels.hpp
 // Result of the callback of layered_image::grow(): a graph with added pixels, and the source of each of its pixels.
+// for_each_piece() visits these sources on several threads.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2076,6 +2077,23 @@ struct grown_pixels {
     buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
     buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
+
+/// Calls body(piece, first) for every piece with pixels, for several pieces at the same time. `first` is the new index of the
+/// piece's first pixel. Passes exceptions on like parallel_for().
+///
+/// pieces  in the order of the new indices, as in grown_pixels: counts of 0 or more, fewer than 2^31 pixels in total
+template <executor Executor, class Body>
+void for_each_piece(Executor& threads, std::span<const grown_piece> pieces, Body&& body) {
+    constexpr std::size_t pieces_per_task = 1024;
+    parallel_for(threads, pieces.size(), pieces_per_task, [&](std::size_t begin, std::size_t end) {
+        std::int32_t first = 0;
+        for (const grown_piece& p : pieces.first(begin)) first += p.count;
+        for (const grown_piece& p : pieces.subspan(begin, end - begin)) {
+            if (p.count > 0) body(p, first);
+            first += p.count;
+        }
+    });
+}
 
 namespace detail {
 
@@ -2317,13 +2335,13 @@ public:
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. Each new pixel continues an
-    /// old pixel; the columns' rules compute its values from the values of the old pixel. Returns grown_pixels::pieces. During
-    /// the call the image is empty, but views of its columns stay valid. Raises mismatch if grown_pixels does not describe every
-    /// pixel, if the lattice shrinks, or if `make` assigned pixels to the image itself. After this error, if `make` or a column's
-    /// rule throws, or if memory runs out, the image remains empty (or, if `make` throws after such an assignment, keeps the
-    /// assigned pixels).
-    template <class Make>
-    buffer<grown_piece> grow(Make&& make) {
+    /// old pixel; the columns' rules compute its values from the values of the old pixel, on several threads at the same time.
+    /// Returns grown_pixels::pieces. During the call the image is empty, but views of its columns stay valid. Raises mismatch if
+    /// grown_pixels does not describe every pixel, if the lattice shrinks, or if `make` assigned pixels to the image itself.
+    /// After this error, if `make` or a column's rule throws, or if memory runs out, the image remains empty (or, if `make`
+    /// throws after such an assignment, keeps the assigned pixels).
+    template <class Make, executor Executor = const serial_executor>
+    buffer<grown_piece> grow(Make&& make, Executor&& threads = {}) {
         layered_image old = std::move(*this);
         const std::size_t old_count = old.size();
         const std::int32_t width = old.graph_.width(), height = old.graph_.height();
@@ -2341,7 +2359,7 @@ public:
                   std::to_string(grown.topology.width()) + " x " + std::to_string(grown.topology.height()));
         layered_image result;
         const auto move_column = [&]<class Column>(std::type_identity<Column>) {
-            result.template values<Column>() = old.template grown_column<Column>(grown);
+            result.template values<Column>() = old.template grown_column<Column>(grown, threads);
             old.template values<Column>() = {};  // releases memory, so that at most one column exists twice at a time
         };
         (move_column(std::type_identity<Columns>{}), ...);
@@ -2376,20 +2394,19 @@ private:
         return result;
     }
 
-    template <class Column>
-    buffer<typename Column::scalar> grown_column(const grown_pixels& grown) const {
+    template <class Column, executor Executor>
+    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, Executor& threads) const {
         buffer<typename Column::scalar> result(detail::scalar_count<Column>(grown.topology.size()), unset);
-        typename Column::scalar* to = result.data();
-        for (const grown_piece& p : grown.pieces) {
-            if (p.count == 0) continue;
+        for_each_piece(threads, grown.pieces, [&](const grown_piece& p, std::int32_t first) {
+            typename Column::scalar* to = result.data() + detail::scalar_count<Column>(static_cast<std::size_t>(first));
             if (!p.is_new) {
-                to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
-                continue;
+                std::copy_n(at<Column>(p.first).data(), detail::scalar_count<Column>(static_cast<std::size_t>(p.count)), to);
+                return;
             }
             for (std::int32_t i = p.first; i < p.first + p.count; ++i)
                 for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
                     *to++ = detail::new_pixel_value<Column>(value);
-        }
+        });
         return result;
     }
 
@@ -12106,59 +12123,111 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels of a subset, and the index of each pixel in the subset. Subsets are immutable, so their indices stay valid.
+/// Pixels of a subset, and the index of each pixel in the subset: its row. Subsets are immutable, so their rows stay valid.
+/// Memory: a quarter of a byte per pixel of the graph.
 class pixel_subset {
 public:
     pixel_subset() = default;
     pixel_subset(const pixel_subset&) = default;
-    pixel_subset(pixel_subset&&) noexcept = default;
-    pixel_subset& operator=(const pixel_subset& other) { return *this = pixel_subset(other); }  // unchanged if memory runs out
-    pixel_subset& operator=(pixel_subset&&) noexcept = default;
+    pixel_subset(pixel_subset&& other) noexcept { swap(other); }
+    pixel_subset& operator=(pixel_subset other) noexcept {
+        swap(other);
+        return *this;
+    }
 
-    /// Collects the pixels with nonzero marks.
-    static pixel_subset marked(std::span<const std::uint8_t> marks) {
+    /// Collects the pixels of a graph for which has(pixel) is true.
+    template <class Has>
+    static pixel_subset where(std::size_t pixel_count, Has&& has) {
         pixel_subset subset;
-        const auto unmarked = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0}));
-        subset.row_of_.resize(marks.size(), unset);
-        subset.pixels_.resize(marks.size() - unmarked + 1, unset);  // one spare entry, so that the loop writes without a branch
-        std::int32_t pixel = 0, row = 0;
-        for (const std::uint8_t mark : marks) {
-            subset.row_of_[pixel] = mark != 0 ? row : no_pixel;
-            subset.pixels_[row] = pixel++;
-            row += mark != 0 ? 1 : 0;
+        subset.pixel_count_ = pixel_count;
+        subset.blocks_.resize((pixel_count + block_size - 1) / block_size);
+        std::int32_t row = 0;
+        for (std::size_t b = 0; b < subset.blocks_.size(); ++b) {
+            const std::size_t first = b * block_size, count = (std::min)(pixel_count - first, block_size);
+            std::uint64_t bits = 0;
+            for (std::size_t i = 0; i < count; ++i)
+                bits |= static_cast<std::uint64_t>(has(static_cast<std::int32_t>(first + i)) ? 1 : 0) << i;
+            subset.blocks_[b] = {bits, row};
+            row += std::popcount(bits);
         }
-        subset.pixels_.pop_back();
+        subset.size_ = static_cast<std::size_t>(row);
         return subset;
     }
-
-    std::size_t size() const { return pixels_.size(); }
-    /// The pixels, ascending.
-    array_view<const std::int32_t> pixels() const& { return pixels_; }
-    array_view<const std::int32_t> pixels() const&& = delete;  // the values would be destroyed with the subset
-    /// Returns the pixels, and leaves the subset empty.
-    buffer<std::int32_t> take_pixels() && {
-        row_of_ = {};
-        return std::move(pixels_);
+    /// Collects the pixels with nonzero marks.
+    static pixel_subset marked(std::span<const std::uint8_t> marks) {
+        return where(marks.size(), [&](std::int32_t pixel) { return marks[static_cast<std::size_t>(pixel)] != 0; });
     }
-    /// Per pixel of the graph: its index in pixels(), or no_pixel.
-    array_view<const std::int32_t> row_of() const& { return row_of_; }
-    array_view<const std::int32_t> row_of() const&& = delete;
+
+    /// Number of pixels in the subset.
+    std::size_t size() const { return size_; }
+    /// Number of pixels of the graph.
+    std::size_t pixel_count() const { return pixel_count_; }
+    /// Returns the row of a pixel of the graph, or no_pixel if the subset does not contain it.
+    std::int32_t row_of(std::int32_t pixel) const noexcept {
+        LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < pixel_count_);
+        const block& here = blocks_[static_cast<std::size_t>(pixel) / block_size];
+        const std::uint64_t bit = std::uint64_t{1} << (static_cast<std::size_t>(pixel) % block_size);
+        return (here.bits & bit) == 0 ? no_pixel : here.first_row + std::popcount(here.bits & (bit - 1));
+    }
+    /// Calls see(first, count, row) for each run of consecutive pixels, in ascending order. `row` is the row of pixel `first`.
+    template <class See>
+    void for_each_run(See&& see) const {
+        std::int32_t first = 0, count = 0, row = 0;  // a run that may continue in the next block
+        for (std::size_t b = 0; b < blocks_.size(); ++b) {
+            std::uint64_t bits = blocks_[b].bits;
+            for (std::int32_t pixel = static_cast<std::int32_t>(b * block_size); bits != 0;) {
+                const int skipped = std::countr_zero(bits), found = std::countr_one(bits >> skipped);
+                pixel += skipped;
+                if (pixel != first + count) {
+                    if (count > 0) see(first, count, row);
+                    row += count, first = pixel, count = 0;
+                }
+                count += found, pixel += found;
+                bits = skipped + found < static_cast<int>(block_size) ? bits >> (skipped + found) : 0;
+            }
+        }
+        if (count > 0) see(first, count, row);
+    }
+    /// Returns the pixels, ascending.
+    buffer<std::int32_t> pixels() const {
+        buffer<std::int32_t> result(size_, unset);
+        for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
+            std::iota(result.begin() + row, result.begin() + row + count, first);
+        });
+        return result;
+    }
+
+    friend bool operator==(const pixel_subset&, const pixel_subset&) = default;
 
 private:
-    buffer<std::int32_t> pixels_, row_of_;
+    static constexpr std::size_t block_size = 64;
+    /// `block_size` pixels of the graph.
+    struct block {
+        std::uint64_t bits = 0;      ///< bit i: whether the subset contains the block's pixel i
+        std::int32_t first_row = 0;  ///< number of the subset's pixels in the blocks before this one
+        friend bool operator==(const block&, const block&) = default;
+    };
+
+    void swap(pixel_subset& other) noexcept {
+        blocks_.swap(other.blocks_);
+        std::swap(size_, other.size_), std::swap(pixel_count_, other.pixel_count_);
+    }
+
+    buffer<block> blocks_;
+    std::size_t size_ = 0, pixel_count_ = 0;
 };
 
 namespace detail {
 
 inline void check_graph_of(const pixel_subset& subset, std::size_t pixels) {
-    if (subset.row_of().size() != pixels)
+    if (subset.pixel_count() != pixels)
         raise(error_code::mismatch, "pixel_subset", "a subset of the plan's " + std::to_string(pixels) + " pixels",
-              "a subset of " + std::to_string(subset.row_of().size()) + " pixels");
+              "a subset of " + std::to_string(subset.pixel_count()) + " pixels");
 }
 
 /// Returns the row of the first of `count` consecutive pixels. Raises mismatch unless the subset contains all of them.
 inline std::int32_t row_of_run(std::int32_t first, std::int32_t count, const pixel_subset& subset) {
-    const std::int32_t last = first + count - 1, row = subset.row_of()[first], last_row = subset.row_of()[last];
+    const std::int32_t last = first + count - 1, row = subset.row_of(first), last_row = subset.row_of(last);
     if (row == no_pixel || last_row == no_pixel || last_row - row != last - first)
         raise(error_code::mismatch, "pixel_subset",
               "a subset with pixels " + std::to_string(first) + " to " + std::to_string(last) + ", which the plan uses",
@@ -12404,49 +12473,66 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
-template <class Number>
-plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
+/// Restricts a plan to some outputs, and renumbers them.
+///
+/// for_each_run  for_each_run(see) calls see(first, count, row) for each run of consecutive outputs: first, first + 1, ...
+///               `row` is the number of outputs in all previous runs
+/// number        number(output, row) returns the new number of an output, which is the output number `row` of all runs
+template <class ForEachRun, class Number>
+plan_parts restrict_and_number(const convolution_plan& plan, ForEachRun&& for_each_run, Number&& number) {
     plan_parts result;
     result.kernel_size = plan.kernel_size(), result.stride = plan.stride();
     result.input_count = plan.input_count(), result.output_count = plan.output_count();
     const array_view<const plan_segment> segments = plan.segments();
     const array_view<const std::int32_t> all_irregular = plan.irregular();
+    std::int32_t next = 0;
     const auto refuse = [](std::int32_t output) {
         raise(error_code::mismatch, "restrict_to", "ascending outputs of the plan",
               "an output out of order or not in the plan: " + std::to_string(output));
     };
     std::size_t s = 0, irregular = 0;
-    for (std::size_t i = 0; i < outputs.size();) {
-        const std::int32_t output = outputs[i];
-        if (i > 0 && outputs[i - 1] >= output) refuse(output);
-        while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
-        if (s == segments.size() || segments[s].first > output) {
-            while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
-            if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
-            result.irregular.push_back(number(i));
-            const std::span<const std::int32_t> window = plan.window_of(irregular);
-            result.windows.append(window.begin(), window.end());
-            ++i;
-            continue;
-        }
-        const plan_segment from = segments[s];
-        std::size_t last = i + 1;
-        while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
-        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = result.stride * (output - from.first);
-        const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= min_segment)
-            add_segment(result, {number(i), count}, rows, shift);
-        else
-            for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(number(i) + o);
-                for (const std::int32_t row : rows)
-                    for (std::int32_t x = 0; x < result.kernel_size; ++x)
-                        result.windows.push_back(row + shift + result.stride * o + x - result.kernel_size / 2);
+    for_each_run([&](std::int32_t first, std::int32_t run_count, std::int32_t row) {
+        if (first < next || static_cast<std::size_t>(first) >= plan.output_count()) refuse(first);
+        next = first + run_count;
+        for (std::int32_t output = first; output < next;) {
+            const std::int32_t to = number(output, row + output - first);
+            while (s < segments.size() && segments[s].first + segments[s].count <= output) ++s;
+            if (s == segments.size() || segments[s].first > output) {
+                while (irregular < all_irregular.size() && all_irregular[irregular] < output) ++irregular;
+                if (irregular == all_irregular.size() || all_irregular[irregular] != output) refuse(output);
+                result.irregular.push_back(to);
+                const std::span<const std::int32_t> window = plan.window_of(irregular);
+                result.windows.append(window.begin(), window.end());
+                ++output;
+                continue;
             }
-        i = last;
-    }
+            const plan_segment from = segments[s];
+            const std::int32_t count = (std::min)(next, from.first + from.count) - output;
+            const std::int32_t shift = result.stride * (output - from.first);
+            const std::span<const std::int32_t> rows = plan.rows_of(s);
+            if (count >= min_segment)
+                add_segment(result, {to, count}, rows, shift);
+            else
+                for (std::int32_t o = 0; o < count; ++o) {
+                    result.irregular.push_back(to + o);
+                    for (const std::int32_t r : rows)
+                        for (std::int32_t x = 0; x < result.kernel_size; ++x)
+                            result.windows.push_back(r + shift + result.stride * o + x - result.kernel_size / 2);
+                }
+            output += count;
+        }
+    });
     return result;
+}
+
+/// Returns the runs of ascending outputs, for restrict_and_number().
+inline auto runs_of_outputs(std::span<const std::int32_t> outputs) {
+    return [outputs](auto&& see) {
+        for (std::size_t i = 0, last = 0; i < outputs.size(); i = last) {
+            for (last = i + 1; last < outputs.size() && outputs[last] == std::int64_t{outputs[last - 1]} + 1;) ++last;
+            see(outputs[i], static_cast<std::int32_t>(last - i), static_cast<std::int32_t>(i));
+        }
+    };
 }
 
 }  // namespace detail
@@ -12455,7 +12541,15 @@ plan_parts restrict_and_number(const convolution_plan& plan, std::span<const std
 ///
 /// outputs  ascending outputs of the plan; raises mismatch for others
 inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    return detail::plan_of(detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; }));
+    return detail::plan_of(detail::restrict_and_number(plan, detail::runs_of_outputs(outputs),
+                                                       [](std::int32_t output, std::int32_t) { return output; }));
+}
+/// The same for a subset of the plan's outputs. Raises mismatch if the subset belongs to a graph with a different number of
+/// pixels, or contains a pixel that is not an output of the plan.
+inline convolution_plan restrict_to(const convolution_plan& plan, const pixel_subset& outputs) {
+    detail::check_graph_of(outputs, plan.output_count());
+    return detail::plan_of(detail::restrict_and_number(
+        plan, [&](auto&& see) { outputs.for_each_run(see); }, [](std::int32_t output, std::int32_t) { return output; }));
 }
 
 /// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
@@ -12463,7 +12557,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
 /// outputs  as in restrict_to()
 inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
     detail::plan_parts result =
-        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+        detail::restrict_and_number(plan, detail::runs_of_outputs(outputs), [](std::int32_t, std::int32_t row) { return row; });
     result.output_count = outputs.size();
     return detail::plan_of(std::move(result));
 }
@@ -13978,17 +14072,30 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A level of detail and the network's work on it.
 struct farbrausch_level {
-    std::size_t pixel_count = 0;      ///< pixels of the level's graph
-    buffer<std::int32_t> above;       ///< parent of each pixel on the next coarser level, or no_pixel; empty on the last level
+    std::size_t pixel_count = 0;  ///< pixels of the level's graph
+    /// Parent of each pixel on the next coarser level, or no_pixel, until keep_parents_of_read() replaces the entries; empty on
+    /// the last level.
+    buffer<std::int32_t> above;
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    buffer<std::int32_t> read;           ///< level 0 only: pixels at which the network reads its input, ascending
-    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
-    convolution_plan encode;             ///< encoder's convolution; its outputs are the pixels read on the next level
-    convolution_plan decode;             ///< decoder's convolution; its outputs are this level's decoded pixels
-    buffer<std::int32_t> decoded_above;  ///< per read pixel: its parent's row among the next level's decoded pixels, or no_pixel
+    pixel_subset read;        ///< pixels at which the network reads its input (level 0) or the encoder's result
+    pixel_subset decoded;     ///< pixels at which the decoder computes a result or, on the last level, reads the encoder's
+    convolution_plan encode;  ///< encoder's convolution; its outputs are the pixels read on the next level
+    convolution_plan decode;  ///< decoder's convolution; its outputs are this level's decoded pixels
 };
+
+/// Replaces level.above by one entry per read pixel: its parent's row among the next level's decoded pixels, or no_pixel.
+inline void keep_parents_of_read(farbrausch_level& level, const pixel_subset& decoded_above) {
+    buffer<std::int32_t> rows(level.read.size(), unset);
+    level.read.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
+        for (std::int32_t i = 0; i < count; ++i) {
+            const std::int32_t parent = level.above[first + i];
+            rows[row + i] = parent == no_pixel ? no_pixel : decoded_above.row_of(parent);
+        }
+    });
+    level.above = std::move(rows);
+}
 
 /// Plans a level's convolutions between this level and the next coarser one.
 ///
@@ -14036,40 +14143,32 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
 
     // Traces the decoder in reverse order, from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
-    buffer<pixel_subset> decoded(depth + 1);
-    decoded[0] = pixel_subset::marked(wanted);
+    levels[0].decoded = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
-        level.decode = restrict_to(level.average, decoded[i].pixels());
+        level.decode = restrict_to(level.average, level.decoded);
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for_each_other_byte(read_marks[i], 0, [&](std::int32_t pixel) {
             if (level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         });
-        decoded[i + 1] = pixel_subset::marked(above_marks);
+        levels[i + 1].decoded = pixel_subset::marked(above_marks);
     }
     // Traces the encoder in reverse order, from the coarsest level to the finest. Both the decoder and the next encoder stage
     // read the result of an encoder stage.
-    pixel_subset read = decoded[depth];
+    levels[depth].read = levels[depth].decoded;
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];
-        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels());
+        const pixel_subset& read_above = levels[i + 1].read;
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read_above);
         encode[i] = {};
         mark_needed_inputs(level.encode, read_marks[i]);
-        pixel_subset read_here = pixel_subset::marked(read_marks[i]);
+        level.read = pixel_subset::marked(read_marks[i]);
         read_marks[i] = {};
-        level.encode = on_subsets(std::move(level.encode), read, read_here);
-        level.decode = on_subsets(std::move(level.decode), decoded[i], read_here);
-        level.decoded_above.reserve(read_here.size());
-        for (const std::int32_t pixel : read_here.pixels()) {
-            const std::int32_t above = level.above[pixel];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of()[above]);
-        }
-        decoded[i + 1] = {};
-        read = std::move(read_here);
+        level.encode = on_subsets(std::move(level.encode), read_above, level.read);
+        level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
     }
-    levels[0].read = std::move(read).take_pixels(), levels[0].decoded = std::move(decoded[0]).take_pixels();
     return levels;
 }
 
@@ -14109,16 +14208,18 @@ struct masked_map {
 /// read     pixels that the network reads
 /// convert  converts a float to the type of the network's input
 template <class Convert>
-auto masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known, std::span<const std::int32_t> read,
+auto masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known, const pixel_subset& read,
                   const Convert& convert) {
     masked_map<decltype(convert(0.0F))> input{{read.size(), 3, convert.zero()}, buffer<std::uint8_t>(read.size())};
-    for (std::size_t row = 0; row < read.size(); ++row) {
-        const std::size_t pixel = static_cast<std::size_t>(read[row]);
-        input.mask[row] = known[pixel] != 0 ? 1 : 0;
-        for (std::size_t c = 0; c < 3; ++c)
-            input.map.values[3 * row + c] =
-                known[pixel] != 0 ? convert(nearest_float(colors[3 * pixel + c]) / 255.0F) : input.map.zero;
-    }
+    read.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t first_row) {
+        for (std::int32_t i = 0; i < count; ++i) {
+            const std::size_t pixel = static_cast<std::size_t>(first + i), row = static_cast<std::size_t>(first_row + i);
+            input.mask[row] = known[pixel] != 0 ? 1 : 0;
+            for (std::size_t c = 0; c < 3; ++c)
+                input.map.values[3 * row + c] =
+                    known[pixel] != 0 ? convert(nearest_float(colors[3 * pixel + c]) / 255.0F) : input.map.zero;
+        }
+    });
     return input;
 }
 
@@ -14221,29 +14322,6 @@ struct smooth_fills {
     buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
 };
 
-/// Numbers the unknown pixels from 0. Stores one number per block of four pixels, a quarter of the memory of one number per
-/// pixel.
-class unknown_numbers {
-public:
-    explicit unknown_numbers(array_view<const std::uint8_t> known) : known_(known) {
-        std::int32_t before = 0;
-        for (std::int32_t pixel = 0; pixel < known.count(); ++pixel) {
-            if (pixel % block == 0) first_.push_back(before);
-            before += known[pixel] == 0 ? 1 : 0;
-        }
-    }
-    std::int32_t operator()(std::int32_t pixel) const noexcept {
-        std::int32_t number = first_[pixel / block];
-        for (std::int32_t p = pixel - pixel % block; p < pixel; ++p) number += known_[p] == 0 ? 1 : 0;
-        return number;
-    }
-
-private:
-    static constexpr std::int32_t block = 4;
-    array_view<const std::uint8_t> known_;
-    buffer<std::int32_t> first_;  // per block of pixels: number of its first unknown pixel
-};
-
 template <executor Executor>
 class smooth_filler {
 public:
@@ -14278,7 +14356,7 @@ public:
             fill_from_above(known[i], unknown, fill, levels_[i].above);
             fill = std::move(known[i]);
             spread(fill, levels_[i].average, unknown, 2 << i);
-            levels_[i].average = {}, levels_[i].above = {};
+            levels_[i].average = {};
         }
         return finest(std::move(fill), tone, convert);
     }
@@ -14348,30 +14426,31 @@ private:
     template <class Convert>
     auto finest(masked_colors fill_above, const masked_colors& tone_above, const Convert& convert) {
         const farbrausch_level& level = levels_[0];
-        const unknown_numbers number(known_);
-        const masked_colors unknown = unknown_colors(number, fill_above);
+        const pixel_subset unknown = pixel_subset::where(known_.size(), [&](std::int32_t pixel) { return known_[pixel] == 0; });
+        const masked_colors unknown_color = unknown_colors(unknown, fill_above);
         fill_above = {};
         const auto color = [&](std::int32_t pixel) noexcept {
             if (known_[pixel] != 0) return photo(pixel);
-            const std::int32_t i = number(pixel);
-            return unknown.has(i) ? unknown[i] : mean();
+            const std::int32_t i = unknown.row_of(pixel);
+            return unknown_color.has(i) ? unknown_color[i] : mean();
         };
         smooth_fills<decltype(convert(0.0F))> result;
-        result.fill.resize(3 * level.decoded.size());
-        for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const masked_color at = color(level.decoded[d]);
-            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = at[c];
-        }
+        result.fill.resize(3 * level.decoded.size(), unset);
+        level.decoded.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
+            for (std::int32_t i = 0; i < count; ++i) {
+                const masked_color at = color(first + i);
+                for (std::size_t c = 0; c < 3; ++c) result.fill[3 * static_cast<std::size_t>(row + i) + c] = at[c];
+            }
+        });
         result.input.resize(lanes::wide * level.read.size(), unset);
         average_windows(
-            restrict_and_renumber(level.average, level.read), threads_,
+            restrict_to(level.average, level.read), threads_,
             [&](std::int32_t p) noexcept { return above_or(tone_above, level.above, p, [&]() noexcept { return photo(p); }); },
-            [&](std::int32_t row, masked_color tone) noexcept {
-                const std::int32_t pixel = level.read[row];
+            [&](std::int32_t pixel, masked_color tone) noexcept {
                 const masked_color here = color(pixel);
                 masked_color relative = here - (tone[3] != 0.0F ? tone : here);
                 relative[3] = known_[pixel] != 0 ? 1.0F : 0.0F;
-                auto* const to = result.input.data() + lanes::wide * static_cast<std::size_t>(row);
+                auto* const to = result.input.data() + lanes::wide * static_cast<std::size_t>(level.read.row_of(pixel));
                 for (std::size_t c = 0; c < lanes::wide; ++c) to[c] = convert(relative[c]);
             });
         return result;
@@ -14383,21 +14462,20 @@ private:
     /// links connect a surface to the rest of the image, because these links may be missing on coarser levels. Colors then
     /// spread from colored pixels along links, one link per pass: each pixel reached by a pass becomes the average of its
     /// colored neighbors.
-    masked_colors unknown_colors(const unknown_numbers& number, const masked_colors& fill_above) {
-        buffer<std::int32_t> unknown;
-        for_each_unknown(known_, [&](std::int32_t pixel) { unknown.push_back(pixel); });
-        const convolution_plan windows = restrict_and_renumber(levels_[0].average, unknown);
+    masked_colors unknown_colors(const pixel_subset& unknown, const masked_colors& fill_above) {
+        const buffer<std::int32_t> pixels = unknown.pixels();
+        const convolution_plan windows = restrict_and_renumber(levels_[0].average, pixels);
         masked_colors once(unknown.size()), twice(unknown.size());
         average_windows(
             windows, threads_, [&](std::int32_t p) noexcept { return base_color(p, fill_above); },
             [&](std::int32_t i, masked_color c) noexcept { once.set(i, c); });
         average_windows(
-            windows, threads_, [&](std::int32_t p) noexcept { return known_[p] != 0 ? photo(p) : once[number(p)]; },
+            windows, threads_, [&](std::int32_t p) noexcept { return known_[p] != 0 ? photo(p) : once[unknown.row_of(p)]; },
             [&](std::int32_t i, masked_color c) noexcept { twice.set(i, c); });
         for (std::int32_t i = 0; i < twice.count(); ++i) {
             if (twice.has(i)) continue;
             if (alone_.empty()) run_waves(fill_above);
-            twice.set(i, base_color(unknown[i], fill_above));
+            twice.set(i, base_color(pixels[i], fill_above));
         }
         return twice;
     }
@@ -14589,9 +14667,9 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
             input.map.values = std::move(fills.input);
             fill = std::move(fills.fill);
         }
-        for (detail::farbrausch_level& level : levels) {
-            level.average = level.average_coarse = {};
-            level.above = {}, level.read = {};
+        for (std::size_t i = 0; i <= this->depth(); ++i) {
+            levels[i].average = levels[i].average_coarse = {};
+            if (i < this->depth()) keep_parents_of_read(levels[i], levels[i + 1].decoded);
         }
         // Progress advances by the same step for each layer, although the fine levels take most of the time.
         float done = 0.2F;
@@ -14631,7 +14709,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     features coarser = std::move(encoded[depth()]);
     buffer<float> result(levels[0].decoded.size() * output_channels);
     for (std::size_t i = depth(); i-- > 0;) {
-        const source sources[] = {coarser.upsampled(levels[i].decoded_above), encoded[i].view()};
+        const source sources[] = {coarser.upsampled(levels[i].above), encoded[i].view()};
         if (i == 0)
             convolve_partially(levels[i].decode, layers.decoder[i], sources, result, {}, threads);
         else
@@ -14835,7 +14913,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
 
     // The last two layers compute only the wanted pixels and their inputs.
     const pixel_subset computed = pixel_subset::marked(wanted);
-    const convolution_plan last = restrict_to(levels[0].same, computed.pixels());
+    const convolution_plan last = restrict_to(levels[0].same, computed);
     const convolution_plan before = restrict_to(levels[0].same, needed_inputs(last));
     const map back_at_fine = run(fine_up, before, {with_coarser(back_at_half, 0), view(at_fine)}, threads);
     run(out, last, {view(back_at_fine)}, result, threads);
@@ -17881,11 +17959,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Returns the index of each pixel in a merged graph: first of the K old pixels, then of the new ones.
 ///
 /// pieces  all pixels, in the order of the merged graph
-inline buffer<std::int32_t> merged_indices(std::span<const grown_piece> pieces, std::int32_t old_count, std::int32_t new_count) {
+template <executor Executor>
+buffer<std::int32_t> merged_indices(std::span<const grown_piece> pieces, std::int32_t old_count, std::int32_t new_count,
+                                    Executor& threads) {
     buffer<std::int32_t> result(static_cast<std::size_t>(old_count) + static_cast<std::size_t>(new_count), unset);
-    std::int32_t placed = 0;
-    for (const grown_piece& p : pieces)
-        for (std::int32_t i = 0; i < p.count; ++i) result[p.first + (p.is_new ? old_count : 0) + i] = placed++;
+    for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t first) {
+        std::int32_t* const to = result.data() + p.first + (p.is_new ? old_count : 0);
+        std::iota(to, to + p.count, first);
+    });
     return result;
 }
 
@@ -17895,19 +17976,17 @@ inline buffer<std::int32_t> merged_indices(std::span<const grown_piece> pieces, 
 /// pieces      all pixels, in the order of the result; each pixel of a piece is the right neighbor of the pixel before it
 /// index       merged_indices()
 /// margin      the lattice grows by this width on each side, and all old pixels move by it. Positions in `added` include it
-inline graph merged_graph(graph_builder old, const graph_builder& added, std::span<const grown_piece> pieces,
-                          const buffer<std::int32_t>& index, std::int32_t margin = 0) {
+template <executor Executor>
+graph merged_graph(graph_builder old, const graph_builder& added, std::span<const grown_piece> pieces,
+                   const buffer<std::int32_t>& index, std::int32_t margin, Executor& threads) {
     const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : index[pixel]; };
     // Returns a column of the result. fill(from, count, is_new, to, first) writes the values of a piece to `to`; `from` points to
     // the values of the piece's pixels in the column of their graph, and `first` is the piece's first index in the result.
     const auto merged = [&](array_view<const std::int32_t> of_old, array_view<const std::int32_t> of_added, auto&& fill) {
         buffer<std::int32_t> result(index.size(), unset);
-        std::int32_t first = 0;
-        for (const grown_piece& p : pieces) {
-            if (p.count == 0) continue;
+        for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t first) {
             fill((p.is_new ? of_added : of_old).data() + p.first, p.count, p.is_new, result.data() + first, first);
-            first += p.count;
-        }
+        });
         return result;
     };
     using values = const std::int32_t*;
@@ -18020,12 +18099,13 @@ public:
 
     /// Merges all pixels into canonical order. Releases memory as early as possible, because the memory of make_photo3d() peaks
     /// here. Only write_disparity() may follow.
-    grown_pixels merge() {
+    template <executor Executor>
+    grown_pixels merge(Executor& threads) {
         newest_ = {}, older_ = {};
         grown_pixels result;
         result.pieces = order();
-        const buffer<std::int32_t> index = merged_indices(result.pieces, base_count_, hidden_.count());
-        result.topology = merged_graph(std::move(base_), hidden_, result.pieces, index);
+        const buffer<std::int32_t> index = merged_indices(result.pieces, base_count_, hidden_.count(), threads);
+        result.topology = merged_graph(std::move(base_), hidden_, result.pieces, index, 0, threads);
         result.origins = std::move(origin_);
         base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
@@ -18172,9 +18252,10 @@ public:
     }
 
     /// Merges all pixels; see hidden_pixels::merge().
-    grown_pixels merge() {
+    template <executor Executor>
+    grown_pixels merge(Executor& threads) {
         reach_ = {}, curve_of_ = {};
-        return pixels_.merge();
+        return pixels_.merge(threads);
     }
 
 private:
@@ -18421,10 +18502,11 @@ struct expanded_layers {
 /// At most about 1 / surface_rule::max_step surfaces exist at one position. Most photos need less than half a hidden pixel per
 /// pixel of the photo; expand_options::max_hidden is the limit. The function runs in linear time in the number of pixels of the
 /// result, and uses up to 110 bytes of memory per pixel.
-template <payload_column... Columns, class AfterIteration = std::nullptr_t>
+template <payload_column... Columns, class AfterIteration = std::nullptr_t, executor Executor = const serial_executor>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
-                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
+                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr,
+                                   Executor&& threads = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
@@ -18448,7 +18530,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     layered_image<Columns...>& layers = result.layers;
     std::optional<detail::expansion> expansion;
     const array_view<const float> disparity = layers.template column<disparity_column>();
-    const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
+    const auto add_hidden = [&](graph_builder base) {
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion, options.merges_curves);
         const int expected = expansion->expected_iterations();
         const double max_hidden = double{options.max_hidden} * detail::nearest_double(disparity.size());
@@ -18463,8 +18545,9 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         }
         if (!expansion->is_finished(done))
             result.motion *= detail::nearest_float(done) / detail::nearest_float((std::max)(expected, done + 1));
-        return expansion->merge();
-    });
+        return expansion->merge(threads);
+    };
+    const buffer<grown_piece> pieces = layers.grow(add_hidden, threads);
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);
     return result;
@@ -18858,10 +18941,11 @@ public:
     /// Merges all pixels. Call it after all pixels have been added.
     ///
     /// old  the layered image's graph
-    grown_pixels finish(graph_builder old) {
+    template <executor Executor>
+    grown_pixels finish(graph_builder old, Executor& threads) {
         for (const end& e : ends_) old.set_neighbor(e.pixel, e.toward, e.neighbor);
-        new_index_ = merged_indices(pieces_, old_count_, added_.count());
-        return {merged_graph(std::move(old), added_, pieces_, new_index_, margin_), std::move(pieces_), origins_};
+        new_index_ = merged_indices(pieces_, old_count_, added_.count(), threads);
+        return {merged_graph(std::move(old), added_, pieces_, new_index_, margin_, threads), std::move(pieces_), origins_};
     }
 
     /// Returns the index of each pixel in the result.
@@ -18950,7 +19034,8 @@ public:
     }
 
     /// old  the graph of the constructor
-    grown_pixels run(graph_builder old) {
+    template <executor Executor>
+    grown_pixels run(graph_builder old, Executor& threads) {
         pixels_ = frame_pixels(graph_, margin_);
         const std::int32_t last = graph_.height() - 1;
         left_strips_.resize(left_.pixels.size()), right_strips_.resize(right_.pixels.size());
@@ -18967,7 +19052,7 @@ public:
         }
         for (const border_side* b : {&left_, &right_, &top_, &bottom_})
             for (const std::int32_t pixel : b->pixels) repaint_rim(*b, pixel);
-        return pixels_.finish(std::move(old));
+        return pixels_.finish(std::move(old), threads);
     }
 
     /// An old pixel, and the pixel whose color it gets.
@@ -19228,8 +19313,8 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// in linear time. Raises invalid_option for a motion that is negative, infinite or NaN. Raises mismatch if `facts` has a
 /// margin, if the camera and the lattice differ in size, or if the layers are not in canonical order. Raises invalid_data for
 /// disparities that are not finite. Raises too_large for 2^31 or more pixels or positions; the layers are then empty.
-template <payload_column... Columns>
-std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
+template <payload_column... Columns, executor Executor = const serial_executor>
+std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts, Executor&& threads = {}) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     if (!(facts.motion >= 0) || std::isinf(facts.motion))
         raise(error_code::invalid_option, "photo_facts::motion", "0 or more, finite", detail::to_text(facts.motion));
@@ -19254,7 +19339,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
                                          old_known = layers.template column<known_column>();
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
     constexpr float too_far = 32768.0F;  // a lattice with a margin of this width has more than 2^31 positions
-    const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
+    const auto continue_surfaces = [&](graph_builder base) {
         graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {
             const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
@@ -19267,8 +19352,9 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         if (growth->count() > limit || width * height > limit)
             raise(error_code::too_large, "grow_past_frame", "fewer than 2^31 pixels",
                   std::to_string(width) + " x " + std::to_string(height));
-        return growth->run(graph_builder(std::move(old)));
-    });
+        return growth->run(graph_builder(std::move(old)), threads);
+    };
+    const buffer<grown_piece> pieces = layers.grow(continue_surfaces, threads);
     const auto copy_color = [&](std::int32_t from, std::int32_t to) {
         const auto shown = layers.template at<color_column>(from);
         std::copy(shown.begin(), shown.end(), layers.template at<color_column>(to).begin());
@@ -19279,17 +19365,14 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         layers.template column<known_column>()[new_index[pixel]] = 0;
     }
     const auto disparity = layers.template column<disparity_column>();
-    std::int32_t to = 0;
-    for (const grown_piece& p : pieces) {
-        for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
+    for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t to) {
+        for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i, ++to) {
             // Replaces the values that the new_pixel rules set: black, and the disparity of the pixel that the new pixel shows.
-            const std::int32_t at = to + i - p.first;
             const auto color = detail::softened_color(layers, margin, new_index[growth->pixels().origins()[i]]);
-            std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());
-            disparity[at] = disparity[new_index[growth->pixels().borders()[i]]];
+            std::copy(color.begin(), color.end(), layers.template at<color_column>(to).begin());
+            disparity[to] = disparity[new_index[growth->pixels().borders()[i]]];
         }
-        to += p.count;
-    }
+    });
     return margin;
 }
 
@@ -20784,6 +20867,93 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims, float con
 
 }}  // namespace ldi
 
+// ---- ldi/charts/chart_pixels.hpp
+// The pixels of a chart, as runs of consecutive indices. Most pixels of a chart follow each other in memory, row by row, so a run
+// needs far less memory than its indices.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// An ascending list of pixels. Iterates over the pixels; runs() returns the runs.
+class chart_pixels {
+public:
+    /// Pixels first, first + 1, ..., first + count - 1.
+    struct run {
+        std::int32_t first, count;
+        friend bool operator==(const run&, const run&) = default;
+    };
+
+    /// Forward iterator over the pixels.
+    class iterator {
+    public:
+        using iterator_category = std::forward_iterator_tag;
+        using value_type = std::int32_t;
+        using difference_type = std::ptrdiff_t;
+        using pointer = const std::int32_t*;
+        using reference = std::int32_t;
+
+        iterator() = default;
+        std::int32_t operator*() const { return run_->first + offset_; }
+        iterator& operator++() {
+            if (++offset_ == run_->count) ++run_, offset_ = 0;
+            return *this;
+        }
+        iterator operator++(int) {
+            const iterator before = *this;
+            ++*this;
+            return before;
+        }
+        friend bool operator==(const iterator&, const iterator&) = default;
+
+    private:
+        friend chart_pixels;
+        explicit iterator(const run* at) : run_(at) {}
+
+        const run* run_ = nullptr;
+        std::int32_t offset_ = 0;
+    };
+
+    /// Adds the pixels first, first + 1, ..., first + count - 1. Raises mismatch for a count below 1, if `first` does not exceed
+    /// all pixels of the list, if it is negative, and for a last pixel of 2^31 - 1 or more.
+    void add_run(std::int32_t first, std::int32_t count) {
+        const std::int32_t smallest = runs_.empty() ? 0 : back() + 1;
+        if (count < 1 || first < smallest || count > (std::numeric_limits<std::int32_t>::max)() - first)
+            raise(error_code::mismatch, "chart_pixels", "at least one pixel, from " + std::to_string(smallest) + " to 2147483646",
+                  std::to_string(count) + " pixels from " + std::to_string(first) + " on");
+        if (!runs_.empty() && first == smallest)
+            runs_.back().count += count;
+        else
+            runs_.push_back({first, count});
+    }
+    /// Adds one pixel. Raises the errors of add_run().
+    void push_back(std::int32_t pixel) { add_run(pixel, 1); }
+
+    /// Number of pixels. Time is linear in the number of runs.
+    std::size_t size() const {
+        std::size_t total = 0;
+        for (const run& r : runs_) total += static_cast<std::size_t>(r.count);
+        return total;
+    }
+    bool empty() const { return runs_.empty(); }
+    /// The first and the last pixel of a list that is not empty.
+    std::int32_t front() const { return runs_.front().first; }
+    std::int32_t back() const { return runs_.back().first + (runs_.back().count - 1); }
+    /// The runs, ascending. Between two runs, at least one pixel is missing.
+    array_view<const run> runs() const& { return runs_; }
+    array_view<const run> runs() const&& = delete;  // the runs would be destroyed with the list
+
+    iterator begin() const& { return iterator(runs_.data()); }
+    iterator begin() const&& = delete;
+    iterator end() const& { return iterator(runs_.data() + runs_.size()); }
+    iterator end() const&& = delete;
+
+    friend bool operator==(const chart_pixels&, const chart_pixels&) = default;
+
+private:
+    buffer<run> runs_;
+};
+
+}}  // namespace ldi
+
 // ---- ldi/charts/chart_set.hpp
 // Charts: the flat pieces into which charts/charts.hpp divides a layered image, and their positions in an atlas.
 
@@ -20797,7 +20967,7 @@ inline constexpr std::int32_t max_chart_box = 8192;
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
     std::int32_t width = 0, height = 0;  ///< size of the bounding box in pixels
-    buffer<std::int32_t> pixels;         ///< indices in the layered image, ascending
+    chart_pixels pixels;                 ///< indices in the layered image
 };
 
 /// A partition of all pixels into charts.
@@ -20814,7 +20984,7 @@ struct chart_placement {
 
 namespace detail {
 
-/// Whether a chart's pixel indices are ascending, and all its pixels are assigned to chart `c` and lie in its bounding box.
+/// Whether all pixels of a chart exist, are assigned to chart `c`, and lie in its bounding box.
 inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int32_t> chart_of, const graph_view& g) {
     const auto last_of = [](std::int32_t first, std::int32_t length, std::int32_t lattice) {
         return static_cast<std::int32_t>(std::clamp(std::int64_t{first} + length, std::int64_t{0}, std::int64_t{lattice}) - 1);
@@ -20822,19 +20992,13 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     const std::int32_t left = (std::max)(box.x, 0), right = last_of(box.x, box.width, g.width());
     const std::int32_t top = (std::max)(box.y, 0), bottom = last_of(box.y, box.height, g.height());
     const std::int32_t *const x = g.x().data(), *const y = g.y().data();
-    std::int32_t previous = no_pixel, different = 0, outside = 0;  // `outside` becomes negative if a pixel lies outside
-    for (std::size_t i = 0; i < box.pixels.size();) {
-        // Pixels adjacent in memory are checked with vector instructions, because this runs over all pixels.
-        const std::int32_t first = box.pixels[i];
-        const std::uint32_t start = static_cast<std::uint32_t>(first) - static_cast<std::uint32_t>(i);
-        while (i < box.pixels.size() && static_cast<std::uint32_t>(box.pixels[i]) == start + static_cast<std::uint32_t>(i)) ++i;
-        const std::int32_t last = box.pixels[i - 1];
-        if (first <= previous || last < first || last >= g.count()) return false;
-        for (std::int32_t p = first; p <= last; ++p) {
+    std::int32_t different = 0, outside = 0;  // `outside` becomes negative if a pixel lies outside
+    for (const chart_pixels::run& r : box.pixels.runs()) {
+        if (r.count > g.count() - r.first) return false;
+        for (std::int32_t p = r.first; p < r.first + r.count; ++p) {  // vectorized, because this runs over all pixels
             different |= chart_of[p] ^ c;
             outside |= (x[p] - left) | (right - x[p]) | (y[p] - top) | (bottom - y[p]);
         }
-        previous = last;
     }
     return different == 0 && outside >= 0;
 }
@@ -20859,9 +21023,9 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
                   std::to_string(box.width) + " x " + std::to_string(box.height));
         count += box.pixels.size();
         if (!detail::fits_box(box, c, charts.chart_of, g))
-            refuse("chart " + std::to_string(c) + ", whose pixels are not ascending, not in its box of " +
+            refuse("chart " + std::to_string(c) + ", whose pixels are not all in the graph, not all in its box of " +
                    std::to_string(box.width) + " x " + std::to_string(box.height) + " at (" + std::to_string(box.x) + ", " +
-                   std::to_string(box.y) + "), or not assigned to it by chart_of");
+                   std::to_string(box.y) + "), or not all assigned to it by chart_of");
     }
     if (count != g.size()) refuse("charts with " + std::to_string(count) + " pixels in total");
 }
@@ -20940,13 +21104,11 @@ public:
         const std::int32_t count = graph_.count();
         for (std::int32_t seed = 0; seed < count; ++seed)
             if (chart_of(seed) < 0) grow(seed);
+        occupants_ = {}, cells_ = {}, queue_ = {}, waiting_ = {};  // releases memory before the charts get their pixels
         for (std::int32_t first = 0, last = 0; first < count; first = last) {
             const std::int32_t c = chart_of(first);
             while (last < count && chart_of(last) == c) ++last;
-            buffer<std::int32_t>& pixels = result_.charts[c].pixels;
-            const std::size_t before = pixels.size();
-            pixels.resize(before + static_cast<std::size_t>(last - first), unset);
-            std::iota(pixels.begin() + before, pixels.end(), first);
+            result_.charts[c].pixels.add_run(first, last - first);
         }
         return std::move(result_);
     }
@@ -20989,12 +21151,10 @@ private:
         current_ = result_.charts.count();
         left_ = right_ = graph_.x()[seed], top_ = bottom_ = graph_.y()[seed];
         queue_.clear();
-        std::int64_t pixels = 0;
         visit(seed, graph_.x()[seed], graph_.y()[seed]);
         for (std::size_t next = 0;;) {
             for (; next < queue_.size(); ++next) {
                 const strip r = queue_[next];
-                pixels += r.count;
                 grow_from(r, graph_.up(), r.y - 1);
                 grow_from(r, graph_.down(), r.y + 1);
             }
@@ -21002,12 +21162,10 @@ private:
             if (pixel == no_pixel) break;
             if (!fits_box(x, y) || occupant(x, y) != no_pixel || !is_clear_of_other_surfaces(pixel, x, y)) continue;
             accept_contested(pixel, x, y);
-            ++pixels;
             for (const side s : all_sides) visit(graph_.neighbor(pixel, s), x + step_x(s), y + step_y(s));
         }
         chart grown;
         grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
-        grown.pixels.reserve(static_cast<std::size_t>(pixels));
         result_.charts.push_back(std::move(grown));
     }
 
@@ -21594,18 +21752,18 @@ private:
     /// Calls `visit(pixel, texel, count)` for each run of pixels that are consecutive in memory and in a row of the atlas.
     template <class Visit>
     void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
-        for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
-            const std::int32_t pixel = c.pixels[first];
-            if (pixel < 0 || pixel >= graph_.count()) refuse_outside(pixel);
-            const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
-            std::int32_t count = 1;
-            for (last = first + 1; last < c.pixels.size() && c.pixels[last] == pixel + count &&
-                                   graph_.x()[pixel + count] == x + count && graph_.y()[pixel + count] == y;
-                 ++last)
-                ++count;
-            if (x < c.x || y < c.y || std::int64_t{x} + count > std::int64_t{c.x} + c.width || y - c.y >= c.height)
-                refuse_outside(pixel);
-            visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
+        for (const chart_pixels::run& r : c.pixels.runs()) {
+            if (r.count > graph_.count() - r.first) refuse_outside(r.first + (r.count - 1));
+            for (std::int32_t pixel = r.first, end = pixel + r.count, count = 0; pixel < end; pixel += count) {
+                const std::int32_t x = graph_.x()[pixel], y = graph_.y()[pixel];
+                for (count = 1; pixel + count < end;) {
+                    if (graph_.x()[pixel + count] != x + count || graph_.y()[pixel + count] != y) break;
+                    ++count;
+                }
+                if (x < c.x || y < c.y || std::int64_t{x} + count > std::int64_t{c.x} + c.width || y - c.y >= c.height)
+                    refuse_outside(pixel);
+                visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
+            }
         }
     }
 
@@ -23682,14 +23840,18 @@ private:
         // 0.4 pixels from the spacing with 16,000 slopes, whose computation takes eight times as long. Each slope spans 8
         // pixels, and slopes start at least 61 pixels apart. Both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
-        const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
+        const std::int32_t stride = (std::max)(61, static_cast<std::int32_t>(c.pixels.size() / 1024));
         shifts_.clear();
         const float spacing = nearest_float(options_.spacing);
-        for (std::int32_t i = 0; i + reach < c.pixels.count(); i += stride) {
-            const std::int32_t a = c.pixels[i], b = c.pixels[i + reach];
-            if (b != a + reach || g_.y()[a] != g_.y()[b] || g_.x()[b] != g_.x()[a] + reach) continue;
-            const float shift = range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]);
-            if (!std::isnan(shift)) shifts_.push_back(shift);  // NaN if both inverse depths are 0, at negative disparities
+        std::int32_t skipped = 0;  // pixels of the next run before the start of the next slope
+        for (const chart_pixels::run& r : c.pixels.runs()) {
+            for (; skipped < r.count; skipped += stride) {
+                const std::int32_t a = r.first + skipped, b = a + reach;
+                if (reach >= r.count - skipped || g_.y()[a] != g_.y()[b] || g_.x()[b] != g_.x()[a] + reach) continue;
+                const float shift = range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]);
+                if (!std::isnan(shift)) shifts_.push_back(shift);  // NaN if both inverse depths are 0, at negative disparities
+            }
+            skipped -= r.count;
         }
         if (shifts_.empty()) return options_.spacing;
         float* const rank = shifts_.begin() + shifts_.size() * 9 / 10;
@@ -29295,13 +29457,14 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
     result.photo = std::move(photo.photo), result.estimated = std::move(photo.estimated);
     result.resampled = std::move(photo.resampled), result.disparity = std::move(photo.disparity);
     result.curves = std::move(lifted.curves), result.dropped_sides = lifted.dropped_sides, result.facts = lifted.facts;
-    auto [layers, motion] = expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress);
+    auto [layers, motion] =
+        expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress, nullptr, threads);
     result.facts.motion = motion;
 
     progress.report("color inpainting", 0.0F);
     inpaint_hidden(layers, lifted.rims, inpainter, options, threads);
     result.layers = decltype(result.layers)(std::move(layers));
-    if (options.frame == photo_frame::grow) result.facts.margin = grow_past_frame(result.layers, result.facts);
+    if (options.frame == photo_frame::grow) result.facts.margin = grow_past_frame(result.layers, result.facts, threads);
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);
