@@ -1248,6 +1248,13 @@ struct depth_range {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// A column or a row of a lattice. 16 bits suffice for the sides of pictures, and graphs are read from memory more often than
+/// their positions are computed with.
+using lattice_coordinate = std::uint16_t;
+
+/// Maximum width and height of a lattice. The largest coordinate lies outside every lattice.
+inline constexpr std::int32_t max_lattice_side = 65535;
+
 /// Index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
 
@@ -1279,9 +1286,20 @@ class graph_builder;
 
 namespace detail {
 
-[[noreturn]] inline void refuse_lattice(std::int32_t width, std::int32_t height) {
-    raise(error_code::invalid_option, "graph", "a lattice with a width and a height of 0 or more",
+[[noreturn]] inline void refuse_lattice(std::int64_t width, std::int64_t height) {
+    const bool is_large = width >= 0 && height >= 0;
+    raise(is_large ? error_code::too_large : error_code::invalid_option, "graph",
+          "a lattice with a width and a height of 0 to " + std::to_string(max_lattice_side),
           std::to_string(width) + " x " + std::to_string(height));
+}
+
+inline void check_lattice(std::int64_t width, std::int64_t height) {
+    if (width < 0 || height < 0 || width > max_lattice_side || height > max_lattice_side) refuse_lattice(width, height);
+}
+
+/// Returns a coordinate. Numbers that are outside every lattice become a coordinate that is, too.
+constexpr lattice_coordinate to_coordinate(std::int32_t at) {
+    return static_cast<lattice_coordinate>(at >= 0 && at < max_lattice_side ? at : max_lattice_side);
 }
 
 [[noreturn]] inline void refuse_pixel_count(std::size_t count) {
@@ -1289,15 +1307,25 @@ namespace detail {
 }
 inline constexpr std::size_t max_pixels = 0x7FFFFFFF;
 
-/// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
-/// Only graph_view, graph and graph_builder can derive from this class and change its columns, so that other code cannot change a
-/// finished graph.
-template <class Column>
+/// Types of columns: owners or views.
+struct owned_columns {
+    template <class T>
+    using column = buffer<T>;
+};
+struct viewed_columns {
+    template <class T>
+    using column = array_view<const T>;
+};
+
+/// The lattice and six columns of K entries each, read-only: positions and neighbors. Only graph_view, graph and graph_builder
+/// can derive from this class and change its columns, so that other code cannot change a finished graph.
+template <class Columns>
 class index_columns {
-    static constexpr bool is_owner = std::is_same_v<Column, buffer<std::int32_t>>;
+    static constexpr bool is_owner = std::is_same_v<Columns, owned_columns>;
 
 public:
     using index_view = array_view<const std::int32_t>;
+    using coordinate_view = array_view<const lattice_coordinate>;
 
     /// Size of the lattice.
     std::int32_t width() const { return width_; }
@@ -1309,8 +1337,8 @@ public:
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
-    index_view x() const& { return x_; }
-    index_view y() const& { return y_; }
+    coordinate_view x() const& { return x_; }
+    coordinate_view y() const& { return y_; }
 
     /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
     index_view neighbors(side s) const& {
@@ -1323,8 +1351,8 @@ public:
     index_view right() const& { return neighbors(side::right); }
 
     // No views of a temporary owner's columns, which would be destroyed with the owner.
-    index_view x() const&& requires is_owner = delete;
-    index_view y() const&& requires is_owner = delete;
+    coordinate_view x() const&& requires is_owner = delete;
+    coordinate_view y() const&& requires is_owner = delete;
     index_view neighbors(side) const&& requires is_owner = delete;
     index_view up() const&& requires is_owner = delete;
     index_view down() const&& requires is_owner = delete;
@@ -1348,6 +1376,7 @@ private:
     friend graph_view;
     friend graph;
     friend graph_builder;
+    using index_column = typename Columns::template column<std::int32_t>;
 
     index_columns() = default;
     index_columns(const index_columns&) = default;
@@ -1356,17 +1385,16 @@ private:
     index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
     index_columns& operator=(index_columns&&) noexcept = default;
     ~index_columns() = default;
-    index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
-        if (width < 0 || height < 0) refuse_lattice(width, height);
-    }
+    index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) { check_lattice(width, height); }
 
-    Column& column(side s) {
+    index_column& column(side s) {
         LDI_ASSERT(is_side(s));
         return neighbors_[static_cast<std::size_t>(s)];
     }
 
     std::int32_t width_ = 0, height_ = 0;
-    Column x_, y_, neighbors_[4];
+    typename Columns::template column<lattice_coordinate> x_, y_;
+    index_column neighbors_[4];
 };
 
 }  // namespace detail
@@ -1374,24 +1402,24 @@ private:
 /// Non-owning view of index columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
 ///
 /// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
-class graph_view final : public detail::index_columns<array_view<const std::int32_t>> {
+class graph_view final : public detail::index_columns<detail::viewed_columns> {
 public:
     graph_view() = default;
-    /// Raises mismatch unless all columns have the same length, invalid_option for a negative width or height, too_large for
-    /// 2^31 pixels or more.
+    /// Raises mismatch unless all columns have the same length, invalid_option for a negative width or height, too_large for a
+    /// side above max_lattice_side or 2^31 pixels or more.
     ///
     /// x, y                   K positions on a lattice of width x height
     /// up, down, left, right  K neighbors each, an index below K or no_pixel
-    graph_view(std::int32_t width, std::int32_t height, index_view x, index_view y, index_view up, index_view down,
+    graph_view(std::int32_t width, std::int32_t height, coordinate_view x, coordinate_view y, index_view up, index_view down,
                index_view left, index_view right)
         : index_columns(width, height) {
         x_ = x, y_ = y;
         column(side::up) = up, column(side::down) = down, column(side::left) = left, column(side::right) = right;
         if (x.size() > detail::max_pixels) detail::refuse_pixel_count(x.size());
-        for (const index_view& column : {y, up, down, left, right})
-            if (column.size() != x.size())
-                raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every index column",
-                      std::to_string(column.size()));
+        for (const std::size_t entries : {y.size(), up.size(), down.size(), left.size(), right.size()})
+            if (entries != x.size())
+                raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every column",
+                      std::to_string(entries));
     }
 };
 
@@ -1400,7 +1428,7 @@ public:
 /// on the other sides.
 ///
 /// A stage documents whether it returns pixels in canonical order (core/canonical_order.hpp): by scanline, then by run.
-class graph final : public detail::index_columns<buffer<std::int32_t>> {
+class graph final : public detail::index_columns<detail::owned_columns> {
 public:
     /// Makes a graph without pixels.
     graph() = default;
@@ -1481,8 +1509,7 @@ struct violation {
 inline std::optional<violation> validate(const graph_view& g) {
     const std::int32_t count = g.count();
     for (std::int32_t i = 0; i < count; ++i)
-        if (g.x()[i] < 0 || g.x()[i] >= g.width() || g.y()[i] < 0 || g.y()[i] >= g.height())
-            return violation{invariant::inside_lattice, i};
+        if (g.x()[i] >= g.width() || g.y()[i] >= g.height()) return violation{invariant::inside_lattice, i};
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(i, s);
@@ -1535,9 +1562,9 @@ inline constexpr unchecked_t unchecked{};
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
 ///     b.link(a, side::right, c);
 ///     const graph g = std::move(b).build();
-class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
+class graph_builder : public detail::index_columns<detail::owned_columns> {
 public:
-    /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
+    /// width, height  size of the lattice; raises invalid_option for a negative side, too_large for one above max_lattice_side
     /// count          number of initial pixels, all at (0, 0) and without links; raises too_large for 2^31 or more
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
         if (count > detail::max_pixels) detail::refuse_pixel_count(count);
@@ -1566,7 +1593,7 @@ public:
         if (size() >= detail::max_pixels) detail::refuse_pixel_count(size() + 1);
         make_room(x_), make_room(y_);  // reserves in all columns first, so that their lengths stay equal
         for (const side s : all_sides) make_room(column(s));
-        x_.push_back(at_x), y_.push_back(at_y);
+        x_.push_back(detail::to_coordinate(at_x)), y_.push_back(detail::to_coordinate(at_y));
         for (const side s : all_sides) column(s).push_back(no_pixel);
         return count() - 1;
     }
@@ -1574,7 +1601,7 @@ public:
     /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step from `a` toward `s`.
     bool can_link(std::int32_t a, side s, std::int32_t b) const {
         return is_side(s) && exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
-               x_[b] - std::int64_t{x_[a]} == step_x(s) && y_[b] - std::int64_t{y_[a]} == step_y(s);
+               x_[b] - x_[a] == step_x(s) && y_[b] - y_[a] == step_y(s);
     }
     bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
 
@@ -1595,7 +1622,9 @@ public:
 
     /// Moves a pixel without checking its links. Asserts that the pixel exists. No function returns a writable view of a column,
     /// because the caller could change the graph through it after build().
-    void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
+    void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) {
+        x_[pixel] = detail::to_coordinate(at_x), y_[pixel] = detail::to_coordinate(at_y);
+    }
     /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller must also set the
     /// opposite direction. Asserts that the pixel and the side exist. Threads may set different pixels or sides at the same
     /// time.
@@ -1610,8 +1639,9 @@ public:
     /// neighbors      neighbors(s, old) returns the new neighbors on side `s`, K' indices or no_pixel
     template <class X, class Y, class Neighbors>
     void replace_columns(detail::unchecked_t, std::int32_t width, std::int32_t height, X&& x, Y&& y, Neighbors&& neighbors) {
+        detail::check_lattice(width, height);
         width_ = width, height_ = height;
-        x_ = x(index_view(x_)), y_ = y(index_view(y_));
+        x_ = x(coordinate_view(x_)), y_ = y(coordinate_view(y_));
         for (const side s : all_sides) column(s) = neighbors(s, index_view(column(s)));
     }
 
@@ -1628,14 +1658,15 @@ public:
     }
 
 private:
-    static void make_room(buffer<std::int32_t>& column) {
+    template <class T>
+    static void make_room(buffer<T>& column) {
         if (column.size() == column.capacity()) column.reserve(column.size() + column.size() / 2 + 4);
     }
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
 /// Makes a fully linked single layer, equivalent to an ordinary image. Pixel (x, y) has index y * width + x. Raises
-/// invalid_option for a negative size, too_large for 2^31 pixels or more.
+/// invalid_option for a negative size, too_large for a side above max_lattice_side or 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
     if (width < 0 || height < 0) detail::refuse_lattice(width, height);
@@ -14600,7 +14631,8 @@ public:
     /// color  H x W x 3, red, green, blue, 0 to 255
     /// known  H x W x 1, 0 where the color is to be inpainted
     ///
-    /// Raises mismatch for any other shape of color or known, and too_large for 2^31 pixels or more.
+    /// Raises mismatch for any other shape of color or known, and too_large for 2^31 pixels or more, or a side above
+    /// max_lattice_side.
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
@@ -17982,20 +18014,22 @@ graph merged_graph(graph_builder old, const graph_builder& added, std::span<cons
     const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : index[pixel]; };
     // Returns a column of the result. fill(from, count, is_new, to, first) writes the values of a piece to `to`; `from` points to
     // the values of the piece's pixels in the column of their graph, and `first` is the piece's first index in the result.
-    const auto merged = [&](array_view<const std::int32_t> of_old, array_view<const std::int32_t> of_added, auto&& fill) {
-        buffer<std::int32_t> result(index.size(), unset);
+    const auto merged = [&]<class T>(array_view<const T> of_old, array_view<const T> of_added, auto&& fill) {
+        buffer<T> result(index.size(), unset);
         for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t first) {
             fill((p.is_new ? of_added : of_old).data() + p.first, p.count, p.is_new, result.data() + first, first);
         });
         return result;
     };
+    using coordinates = const lattice_coordinate*;
+    const auto x = [&](coordinates from, std::int32_t count, bool is_new, lattice_coordinate* to, std::int32_t) {
+        const std::int32_t start = *from + (is_new ? 0 : margin);
+        for (std::int32_t i = 0; i < count; ++i) to[i] = static_cast<lattice_coordinate>(start + i);
+    };
+    const auto y = [&](coordinates from, std::int32_t count, bool is_new, lattice_coordinate* to, std::int32_t) {
+        std::fill_n(to, count, static_cast<lattice_coordinate>(*from + (is_new ? 0 : margin)));
+    };
     using values = const std::int32_t*;
-    const auto x = [&](values from, std::int32_t count, bool is_new, std::int32_t* to, std::int32_t) {
-        for (std::int32_t i = 0; i < count; ++i) to[i] = *from + (is_new ? 0 : margin) + i;
-    };
-    const auto y = [&](values from, std::int32_t count, bool is_new, std::int32_t* to, std::int32_t) {
-        for (std::int32_t i = 0; i < count; ++i) to[i] = *from + (is_new ? 0 : margin);
-    };
     const auto vertical = [&](values from, std::int32_t count, bool, std::int32_t* to, std::int32_t) {
         for (std::int32_t i = 0; i < count; ++i) to[i] = moved(from[i]);
     };
@@ -18008,9 +18042,11 @@ graph merged_graph(graph_builder old, const graph_builder& added, std::span<cons
         to[count - 1] = moved(from[count - 1]);
     };
     using view = array_view<const std::int32_t>;
+    using coordinate_view = array_view<const lattice_coordinate>;
     old.replace_columns(
-        unchecked, old.width() + 2 * margin, old.height() + 2 * margin, [&](view from) { return merged(from, added.x(), x); },
-        [&](view from) { return merged(from, added.y(), y); },
+        unchecked, old.width() + 2 * margin, old.height() + 2 * margin,
+        [&](coordinate_view from) { return merged(from, added.x(), x); },
+        [&](coordinate_view from) { return merged(from, added.y(), y); },
         [&](side s, view from) {
             if (s == side::left) return merged(from, added.left(), left);
             if (s == side::right) return merged(from, added.right(), right);
@@ -18621,8 +18657,9 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
               std::to_string(camera.width) + " x " + std::to_string(camera.height));
     if (!(facts.surface.max_step >= 0))
         raise(error_code::invalid_option, "surface_rule::max_step", "0 or more", to_text(facts.surface.max_step));
-    if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
-        raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
+    if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns || (std::max)(rows, columns) > max_lattice_side)
+        raise(error_code::too_large, "lift", "fewer than 2^31 pixels, at most " + std::to_string(max_lattice_side) + " per side",
+              std::to_string(columns) + " x " + std::to_string(rows));
 
     buffer<typename Color::scalar> colors;
     colors.reserve(3 * rows * columns);
@@ -18650,13 +18687,13 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 ///
 /// Raises mismatch if an image is empty, or if the images and the camera differ in size. Raises invalid_option for a threshold
 /// that is negative or NaN, invalid_data for a disparity outside [0, 1] by more than a rounding error (1e-5), and too_large for
-/// 2^31 pixels or more. Runs in linear time and uses 33 bytes per pixel.
+/// 2^31 pixels or more, or a side above max_lattice_side. Runs in linear time and uses 29 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
     return detail::lift_colors<color_column>(color, disparity, facts, threads);
 }
-/// Lifts a photo with 16 bits per channel. The parameters and errors are the same. Uses 36 bytes per pixel.
+/// Lifts a photo with 16 bits per channel. The parameters and errors are the same. Uses 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
                                                                                 image_view<const float> disparity,
@@ -19312,7 +19349,8 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Runs
 /// in linear time. Raises invalid_option for a motion that is negative, infinite or NaN. Raises mismatch if `facts` has a
 /// margin, if the camera and the lattice differ in size, or if the layers are not in canonical order. Raises invalid_data for
-/// disparities that are not finite. Raises too_large for 2^31 or more pixels or positions; the layers are then empty.
+/// disparities that are not finite. Raises too_large for 2^31 or more pixels or positions, and for a side above
+/// max_lattice_side; the layers are then empty.
 template <payload_column... Columns, executor Executor = const serial_executor>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts, Executor&& threads = {}) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -19349,8 +19387,9 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         margin = growth->margin();
         constexpr std::int64_t limit = (std::numeric_limits<std::int32_t>::max)();
         const std::int64_t width = std::int64_t{old.width()} + 2 * margin, height = std::int64_t{old.height()} + 2 * margin;
-        if (growth->count() > limit || width * height > limit)
-            raise(error_code::too_large, "grow_past_frame", "fewer than 2^31 pixels",
+        if (growth->count() > limit || width * height > limit || (std::max)(width, height) > max_lattice_side)
+            raise(error_code::too_large, "grow_past_frame",
+                  "fewer than 2^31 pixels, at most " + std::to_string(max_lattice_side) + " per side",
                   std::to_string(width) + " x " + std::to_string(height));
         return growth->run(graph_builder(std::move(old)), threads);
     };
@@ -20991,7 +21030,7 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     };
     const std::int32_t left = (std::max)(box.x, 0), right = last_of(box.x, box.width, g.width());
     const std::int32_t top = (std::max)(box.y, 0), bottom = last_of(box.y, box.height, g.height());
-    const std::int32_t *const x = g.x().data(), *const y = g.y().data();
+    const lattice_coordinate *const x = g.x().data(), *const y = g.y().data();
     std::int32_t different = 0, outside = 0;  // `outside` becomes negative if a pixel lies outside
     for (const chart_pixels::run& r : box.pixels.runs()) {
         if (r.count > g.count() - r.first) return false;
@@ -29497,7 +29536,8 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 ///   for inverse depth below 0
 /// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
 /// - invalid_option for an option outside its range
-/// - too_large for 2^31 pixels or more, and if the charts do not fit in the atlas; a smaller options.long_side helps
+/// - too_large for 2^31 pixels or more, for more than 65,535 pixels per side with the margin, and if the charts do not fit in the
+/// atlas; a smaller options.long_side helps
 /// - canceled if options.progress requests to stop
 /// - the errors of the estimator, the decider and the inpainter.
 ///

@@ -27,7 +27,8 @@ static_assert(!converts<std::vector<float>, const float> && !converts<buffer<flo
 static_assert(!converts<std::vector<double>&, const float> && !converts<std::vector<bool>&, const bool>);
 
 TEST_CASE("views refer to a graph and columns in the caller's vectors without a copy") {
-    const std::vector<std::int32_t> x{0, 1}, y{0, 0}, none{no_pixel, no_pixel}, left{no_pixel, 0}, right{1, no_pixel};
+    const std::vector<lattice_coordinate> x{0, 1}, y{0, 0};
+    const std::vector<std::int32_t> none{no_pixel, no_pixel}, left{no_pixel, 0}, right{1, no_pixel};
     const std::vector<float> disparity{0.25F, 0.5F};
     const graph_view g(2, 1, x, y, none, none, left, right);
     const layered_view<disparity_column> layers(g, disparity);

@@ -78,8 +78,8 @@ void check_partition(const graph_view& g, const chart_set& set, const chart_opti
             const std::size_t i = at(pixel);
             ++uses[i];
             agree = agree && set.chart_of[i] == static_cast<std::int32_t>(c);
-            left = std::min(left, g.x()[i]), right = std::max(right, g.x()[i]);
-            top = std::min(top, g.y()[i]), bottom = std::max(bottom, g.y()[i]);
+            left = std::min<std::int32_t>(left, g.x()[i]), right = std::max<std::int32_t>(right, g.x()[i]);
+            top = std::min<std::int32_t>(top, g.y()[i]), bottom = std::max<std::int32_t>(bottom, g.y()[i]);
         }
         CHECK(agree);
         CHECK(here.x == left);

@@ -12,14 +12,17 @@ namespace ldi::testing {
 template <class Check>
 void for_broken_views(Check&& check) {
     const graph g = make_grid(8, 8);
-    const auto broken = [&](int column, std::int32_t value) {
-        buffer<std::int32_t> columns[] = {g.x().copy(),    g.y().copy(),    g.up().copy(),
-                                          g.down().copy(), g.left().copy(), g.right().copy()};
-        columns[column][20] = value;
-        check(graph_view(8, 8, columns[0], columns[1], columns[2], columns[3], columns[4], columns[5]));
+    const auto broken = [&](auto&& damage) {
+        buffer<lattice_coordinate> at[] = {g.x().copy(), g.y().copy()};
+        buffer<std::int32_t> neighbors[] = {g.up().copy(), g.down().copy(), g.left().copy(), g.right().copy()};
+        damage(at, neighbors);
+        check(graph_view(8, 8, at[0], at[1], neighbors[0], neighbors[1], neighbors[2], neighbors[3]));
     };
-    for (int column = 0; column < 6; ++column)
-        for (const std::int32_t value : {1 << 24, -2, 40}) broken(column, value);
+    for (int column = 0; column < 2; ++column)
+        for (const lattice_coordinate value : {lattice_coordinate{8}, lattice_coordinate{65535}, lattice_coordinate{40}})
+            broken([&](auto& at, auto&) { at[column][20] = value; });
+    for (int column = 0; column < 4; ++column)
+        for (const std::int32_t value : {1 << 24, -2, 40}) broken([&](auto&, auto& neighbors) { neighbors[column][20] = value; });
 }
 
 }  // namespace ldi::testing

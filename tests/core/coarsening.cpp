@@ -98,9 +98,9 @@ TEST_CASE("coarsening an image keeps every second pixel of every second row") {
 }
 
 TEST_CASE("the widest lattice has a coarser level") {
-    const graph widest = graph_builder(0x7FFFFFFF, 1).build();
+    const graph widest = graph_builder(max_lattice_side, 1).build();
     const coarsened result = coarsen(widest, orphan_rule::adopt_nearest);
-    CHECK((result.topology.width() == 1 << 30 && result.topology.height() == 1 && result.topology.size() == 0));
+    CHECK((result.topology.width() == 32768 && result.topology.height() == 1 && result.topology.size() == 0));
 }
 
 TEST_CASE("inside a 2 x 2 group, a direct link to a kept pixel is preferred, then the path up and left, then left and up") {
@@ -341,10 +341,12 @@ TEST_CASE("the rule of each column computes the value of a coarse pixel from all
 }
 
 TEST_CASE("coarsen() refuses a view whose positions or links violate an invariant") {
-    const auto error_of = [](std::vector<std::int32_t> x, std::vector<std::int32_t> right, std::vector<std::int32_t> left) {
-        const std::vector<std::int32_t> y(x.size(), 0), none(x.size(), no_pixel);
+    const auto error_of = [](std::vector<lattice_coordinate> x, std::vector<std::int32_t> right, std::vector<std::int32_t> left) {
+        const std::vector<lattice_coordinate> y(x.size(), 0);
+        const std::vector<std::int32_t> none(x.size(), no_pixel);
+        using coordinates = std::span<const lattice_coordinate>;
         using values = std::span<const std::int32_t>;
-        const graph_view view(3, 1, values(x), values(y), values(none), values(none), values(left), values(right));
+        const graph_view view(3, 1, coordinates(x), coordinates(y), values(none), values(none), values(left), values(right));
         return testing::raised([&] { coarsen(view); });
     };
     CHECK_FALSE(error_of({0, 1, 2}, {1, 2, -1}, {-1, 0, 1}));

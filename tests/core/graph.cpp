@@ -5,6 +5,7 @@
 #include "tests/support/random_graph.hpp"
 
 #include <catch2/catch.hpp>
+#include <tests/support/errors.hpp>
 
 #include <limits>
 
@@ -213,19 +214,19 @@ TEST_CASE("positions are numbered row by row, without overflow on large lattices
         CHECK(g.position_of(i) == static_cast<std::size_t>(i));
         CHECK(g.position(g.x()[i], g.y()[i]) == static_cast<std::size_t>(i));
     }
-    const graph large = graph_builder(100000, 100000).build();
-    CHECK(large.position_count() == 10000000000U);
-    CHECK(large.position(99999, 99999) == 9999999999U);
+    const graph large = graph_builder(max_lattice_side, max_lattice_side).build();
+    CHECK(large.position_count() == 4294836225U);
+    CHECK(large.position(65534, 65534) == 4294836224U);
 }
 
 TEST_CASE("a graph view refers to the caller's memory without a copy, and algorithms accept it like a graph") {
     testing::for_random_graphs(3, 200, [](const testing::random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
-        buffer<buffer<std::int32_t>> mine;  // the caller's own arrays
-        for (const auto& column : {g.x(), g.y(), g.up(), g.down(), g.left(), g.right()})
-            mine.push_back(buffer<std::int32_t>(column.begin(), column.end()));
-        const graph_view view(g.width(), g.height(), mine[0], mine[1], mine[2], mine[3], mine[4], mine[5]);
-        CHECK(view.x().data() == mine[0].data());
+        const buffer<lattice_coordinate> x = g.x().copy(), y = g.y().copy();  // the caller's own arrays
+        const buffer<std::int32_t> up = g.up().copy(), down = g.down().copy(), left = g.left().copy(), right = g.right().copy();
+        const graph_view view(g.width(), g.height(), x, y, up, down, left, right);
+        CHECK(view.x().data() == x.data());
+        CHECK(view.left().data() == left.data());
         CHECK(view == g);
         CHECK(canonical_order(view) == canonical_order(g));
         CHECK_FALSE(validate(view).has_value());
@@ -233,9 +234,35 @@ TEST_CASE("a graph view refers to the caller's memory without a copy, and algori
 }
 
 TEST_CASE("index columns of different lengths are refused") {
+    const buffer<lattice_coordinate> at(1), two_at(2);
     const buffer<std::int32_t> one(1, no_pixel), two(2, no_pixel);
-    CHECK_THROWS_AS(graph_view(1, 1, one, one, one, one, one, two), error);
-    CHECK_THROWS_AS(graph_view(1, 1, one, two, one, one, one, one), error);
+    CHECK_NOTHROW(graph_view(1, 1, at, at, one, one, one, one));
+    CHECK_THROWS_AS(graph_view(1, 1, at, at, one, one, one, two), error);
+    CHECK_THROWS_AS(graph_view(1, 1, at, two_at, one, one, one, one), error);
+}
+
+TEST_CASE("lattices have at most 65,535 columns and rows") {
+    for (const auto& [width, height] : {std::pair{max_lattice_side, 1}, {1, max_lattice_side}, {0, 0}})
+        CHECK_NOTHROW(graph_builder(width, height));
+    for (const auto& [width, height] : {std::pair{max_lattice_side + 1, 1}, {1, max_lattice_side + 1}, {INT32_MAX, INT32_MAX}}) {
+        CHECK(testing::raised([&, w = width, h = height] { graph_builder(w, h); }) == error_code::too_large);
+        CHECK(testing::raised([&, w = width, h = height] { graph_view(w, h, {}, {}, {}, {}, {}, {}); }) == error_code::too_large);
+    }
+    CHECK(testing::raised([] { graph_builder(-1, 1); }) == error_code::invalid_option);
+    CHECK(testing::raised([] { make_grid(1, 65536); }) == error_code::too_large);
+}
+
+TEST_CASE("positions outside the lattice stay outside, however large or negative they are") {
+    for (const std::int32_t at : {-1, -65536, INT32_MIN, 65535, 65536, 1 << 24, INT32_MAX}) {
+        for (const std::int32_t side : {1, 8, max_lattice_side}) {
+            graph_builder b(side, side, 1);
+            b.set_position(0, at, 0);
+            CHECK(testing::raised([&] { std::move(b).build(); }) == error_code::mismatch);
+            graph_builder c(side, side, 1);
+            c.set_position(0, 0, at);
+            CHECK(testing::raised([&] { std::move(c).build(); }) == error_code::mismatch);
+        }
+    }
 }
 
 TEST_CASE("a moved-from graph has no pixels and no lattice") {

@@ -93,7 +93,7 @@ concept has_writable_column = requires(B& b) {
 static_assert(!has_writable_column<graph_builder> && !has_writable_column<graph>,
               "a view of a column cannot change a graph after build()");
 static_assert(std::is_final_v<graph> && std::is_final_v<graph_view>);
-struct thief : detail::index_columns<buffer<std::int32_t>> {
+struct thief : detail::index_columns<detail::owned_columns> {
     template <class T = thief>
     static constexpr bool reaches_columns = requires {
         &T::x_;

@@ -14,19 +14,20 @@ namespace {
 /// A copy of a graph's columns. Tests change it to break invariants.
 struct own_columns {
     explicit own_columns(const graph& g) : width(g.width()), height(g.height()) {
-        for (const auto& column : {g.x(), g.y(), g.up(), g.down(), g.left(), g.right()})
-            columns.push_back(buffer<std::int32_t>(column.begin(), column.end()));
+        coordinates.push_back(g.x().copy()), coordinates.push_back(g.y().copy());
+        for (const side s : all_sides) columns.push_back(g.neighbors(s).copy());
     }
-    buffer<std::int32_t>& x() { return columns[0]; }
-    buffer<std::int32_t>& y() { return columns[1]; }
-    buffer<std::int32_t>& neighbors(side s) { return columns[2 + static_cast<int>(s)]; }
+    buffer<lattice_coordinate>& x() { return coordinates[0]; }
+    buffer<lattice_coordinate>& y() { return coordinates[1]; }
+    buffer<std::int32_t>& neighbors(side s) { return columns[static_cast<int>(s)]; }
     std::int32_t neighbor(std::int32_t pixel, side s) { return neighbors(s)[pixel]; }
     std::size_t size() const { return columns[0].size(); }
     operator graph_view() const {
-        return graph_view(width, height, columns[0], columns[1], columns[2], columns[3], columns[4], columns[5]);
+        return graph_view(width, height, coordinates[0], coordinates[1], columns[0], columns[1], columns[2], columns[3]);
     }
 
     std::int32_t width, height;
+    buffer<buffer<lattice_coordinate>> coordinates;
     buffer<buffer<std::int32_t>> columns;
 };
 

@@ -85,8 +85,8 @@ inline ldi::chart_set random_partition(const ldi::graph_view& g, std::mt19937& r
         chart.x = g.width(), chart.y = g.height();
         for (std::int32_t pixel : chart.pixels) {
             const std::size_t i = static_cast<std::size_t>(pixel);
-            chart.x = std::min(chart.x, g.x()[i]), right = std::max(right, g.x()[i] + 1);
-            chart.y = std::min(chart.y, g.y()[i]), bottom = std::max(bottom, g.y()[i] + 1);
+            chart.x = std::min<std::int32_t>(chart.x, g.x()[i]), right = std::max(right, g.x()[i] + 1);
+            chart.y = std::min<std::int32_t>(chart.y, g.y()[i]), bottom = std::max(bottom, g.y()[i] + 1);
         }
         chart.width = right - chart.x, chart.height = bottom - chart.y;
         result.charts.push_back(std::move(chart));

@@ -70,7 +70,7 @@ TEST_CASE("a straight border keeps a corner where disparity bends and drops all 
     charts.charts.push_back({0, 0, 40, 3, {}});
     for (std::int32_t i = 0; i < g.count(); ++i) charts.charts.front().pixels.push_back(i);
     ldi::buffer<float> disparity(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.02F * static_cast<float>(std::min(g.x()[i], 20));
+    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.02F * static_cast<float>(std::min<std::int32_t>(g.x()[i], 20));
     const ldi::chart_outlines outlines = ldi::trace_outlines(g, disparity, charts);
     const ldi::simplified_boundary boundary(outlines, {1.0F, 0.011F, 100.0F});
     for (std::size_t p = 0; p < outlines.pieces.size(); ++p) {

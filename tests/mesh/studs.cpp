@@ -66,7 +66,7 @@ TEST_CASE("studs are closer to each other where disparity is wavy, except if the
         const ldi::graph g = ldi::make_grid(200, 80);
         ldi::buffer<float> disparity(g.size());
         for (std::size_t i = 0; i < g.size(); ++i)  // each stud has a vertex where disparity bends in row 33
-            disparity[i] = 0.1F + 0.002F * static_cast<float>(std::min(g.y()[i], 33)) +
+            disparity[i] = 0.1F + 0.002F * static_cast<float>(std::min<std::int32_t>(g.y()[i], 33)) +
                            amplitude * std::sin(6.2831853F / wavelength * static_cast<float>(g.x()[i]));
         const ldi::chart_set charts = whole(g);
         const ldi::stud_set studs = ldi::make_studs(ldi::testing::surfaces_of(g, disparity), {}, charts,
@@ -84,7 +84,7 @@ TEST_CASE("studs are closer to each other where disparity is wavy, except if the
 TEST_CASE("studs are evenly spaced and have a vertex where disparity bends") {
     const ldi::graph g = ldi::make_grid(120, 80);
     ldi::buffer<float> disparity(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.01F * static_cast<float>(std::min(g.y()[i], 33));
+    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.01F * static_cast<float>(std::min<std::int32_t>(g.y()[i], 33));
     const ldi::stud_set studs = studs_of(g, disparity, whole(g), options_with(24, 0.006F, 4));
     REQUIRE(studs.first_stud == ldi::buffer<std::int32_t>{0, 4});
     for (std::size_t s = 0; s < 4; ++s) {

@@ -15,6 +15,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -34,6 +35,14 @@ void add_view(Class& to, const char* name, const char* meaning, Show show) {
     using type = typename Class::type;
     to.def_property_readonly(
         name, [show](const py::object& self) { return show(self, self.cast<const type&>()); }, meaning);
+}
+
+/// Returns an array with copies of integers.
+template <class Integers>
+py::array_t<std::int32_t> read_only_copy(const Integers& integers) {
+    py::array_t<std::int32_t> copy(static_cast<py::ssize_t>(integers.size()));
+    std::copy(integers.begin(), integers.end(), copy.mutable_data());
+    return array_over(copy, copy.data(), {copy.size()});
 }
 
 /// Returns a list of references that keep `owner` alive.
@@ -58,8 +67,15 @@ void add_columns(Class& to) {
         add_view(to, name, meaning,
                  [column](const py::object& self, const type& v) { return array_over(self, (v.layers.topology().*column)()); });
     };
-    add("x", "K int32: column of each pixel's position in the photo, or in the photo and its margin", &graph::x);
-    add("y", "K int32: row of each pixel's position in the photo, or in the photo and its margin", &graph::y);
+    const auto add_coordinate = [&](const char* name, const char* meaning,
+                                    array_view<const lattice_coordinate> (graph::*column)() const&) {
+        to.def_property_readonly(
+            name, [column](const type& v) { return read_only_copy((v.layers.topology().*column)()); }, meaning);
+    };
+    add_coordinate("x", "K int32: column of each pixel's position in the photo, or in the photo and its margin, in a new array",
+                   &graph::x);
+    add_coordinate("y", "K int32: row of each pixel's position in the photo, or in the photo and its margin, in a new array",
+                   &graph::y);
     add("left", "K int32: index of the left neighbor, -1 for none", &graph::left);
     add("right", "K int32: index of the right neighbor, -1 for none", &graph::right);
     add("up", "K int32: index of the neighbor above, -1 for none", &graph::up);
@@ -143,14 +159,7 @@ void add_charts(py::module_& module) {
         .def_readonly("width", &chart::width, "width of its bounding box in pixels")
         .def_readonly("height", &chart::height, "height of its bounding box in pixels");
     one.def_property_readonly(
-        "pixels",
-        [](const chart& c) {
-            buffer<std::int32_t> indices;
-            indices.reserve(c.pixels.size());
-            for (const std::int32_t pixel : c.pixels) indices.push_back(pixel);
-            py::array_t<std::int32_t> array = copy_of(indices);
-            return array_over(array, array.data(), {array.size()});  // read-only
-        },
+        "pixels", [](const chart& c) { return read_only_copy(c.pixels); },
         "N int32: indices of its pixels in the layers, ascending, in a new array");
 
     py::class_<charts_value, std::shared_ptr<charts_value>> charts(

@@ -46,7 +46,7 @@ inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int
     };
     const std::int32_t left = (std::max)(box.x, 0), right = last_of(box.x, box.width, g.width());
     const std::int32_t top = (std::max)(box.y, 0), bottom = last_of(box.y, box.height, g.height());
-    const std::int32_t *const x = g.x().data(), *const y = g.y().data();
+    const lattice_coordinate *const x = g.x().data(), *const y = g.y().data();
     std::int32_t different = 0, outside = 0;  // `outside` becomes negative if a pixel lies outside
     for (const chart_pixels::run& r : box.pixels.runs()) {
         if (r.count > g.count() - r.first) return false;

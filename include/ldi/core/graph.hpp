@@ -17,6 +17,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// A column or a row of a lattice. 16 bits suffice for the sides of pictures, and graphs are read from memory more often than
+/// their positions are computed with.
+using lattice_coordinate = std::uint16_t;
+
+/// Maximum width and height of a lattice. The largest coordinate lies outside every lattice.
+inline constexpr std::int32_t max_lattice_side = 65535;
+
 /// Index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
 
@@ -48,9 +55,20 @@ class graph_builder;
 
 namespace detail {
 
-[[noreturn]] inline void refuse_lattice(std::int32_t width, std::int32_t height) {
-    raise(error_code::invalid_option, "graph", "a lattice with a width and a height of 0 or more",
+[[noreturn]] inline void refuse_lattice(std::int64_t width, std::int64_t height) {
+    const bool is_large = width >= 0 && height >= 0;
+    raise(is_large ? error_code::too_large : error_code::invalid_option, "graph",
+          "a lattice with a width and a height of 0 to " + std::to_string(max_lattice_side),
           std::to_string(width) + " x " + std::to_string(height));
+}
+
+inline void check_lattice(std::int64_t width, std::int64_t height) {
+    if (width < 0 || height < 0 || width > max_lattice_side || height > max_lattice_side) refuse_lattice(width, height);
+}
+
+/// Returns a coordinate. Numbers that are outside every lattice become a coordinate that is, too.
+constexpr lattice_coordinate to_coordinate(std::int32_t at) {
+    return static_cast<lattice_coordinate>(at >= 0 && at < max_lattice_side ? at : max_lattice_side);
 }
 
 [[noreturn]] inline void refuse_pixel_count(std::size_t count) {
@@ -58,15 +76,25 @@ namespace detail {
 }
 inline constexpr std::size_t max_pixels = 0x7FFFFFFF;
 
-/// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
-/// Only graph_view, graph and graph_builder can derive from this class and change its columns, so that other code cannot change a
-/// finished graph.
-template <class Column>
+/// Types of columns: owners or views.
+struct owned_columns {
+    template <class T>
+    using column = buffer<T>;
+};
+struct viewed_columns {
+    template <class T>
+    using column = array_view<const T>;
+};
+
+/// The lattice and six columns of K entries each, read-only: positions and neighbors. Only graph_view, graph and graph_builder
+/// can derive from this class and change its columns, so that other code cannot change a finished graph.
+template <class Columns>
 class index_columns {
-    static constexpr bool is_owner = std::is_same_v<Column, buffer<std::int32_t>>;
+    static constexpr bool is_owner = std::is_same_v<Columns, owned_columns>;
 
 public:
     using index_view = array_view<const std::int32_t>;
+    using coordinate_view = array_view<const lattice_coordinate>;
 
     /// Size of the lattice.
     std::int32_t width() const { return width_; }
@@ -78,8 +106,8 @@ public:
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
-    index_view x() const& { return x_; }
-    index_view y() const& { return y_; }
+    coordinate_view x() const& { return x_; }
+    coordinate_view y() const& { return y_; }
 
     /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
     index_view neighbors(side s) const& {
@@ -92,8 +120,8 @@ public:
     index_view right() const& { return neighbors(side::right); }
 
     // No views of a temporary owner's columns, which would be destroyed with the owner.
-    index_view x() const&& requires is_owner = delete;
-    index_view y() const&& requires is_owner = delete;
+    coordinate_view x() const&& requires is_owner = delete;
+    coordinate_view y() const&& requires is_owner = delete;
     index_view neighbors(side) const&& requires is_owner = delete;
     index_view up() const&& requires is_owner = delete;
     index_view down() const&& requires is_owner = delete;
@@ -117,6 +145,7 @@ private:
     friend graph_view;
     friend graph;
     friend graph_builder;
+    using index_column = typename Columns::template column<std::int32_t>;
 
     index_columns() = default;
     index_columns(const index_columns&) = default;
@@ -125,17 +154,16 @@ private:
     index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
     index_columns& operator=(index_columns&&) noexcept = default;
     ~index_columns() = default;
-    index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
-        if (width < 0 || height < 0) refuse_lattice(width, height);
-    }
+    index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) { check_lattice(width, height); }
 
-    Column& column(side s) {
+    index_column& column(side s) {
         LDI_ASSERT(is_side(s));
         return neighbors_[static_cast<std::size_t>(s)];
     }
 
     std::int32_t width_ = 0, height_ = 0;
-    Column x_, y_, neighbors_[4];
+    typename Columns::template column<lattice_coordinate> x_, y_;
+    index_column neighbors_[4];
 };
 
 }  // namespace detail
@@ -143,24 +171,24 @@ private:
 /// Non-owning view of index columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
 ///
 /// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
-class graph_view final : public detail::index_columns<array_view<const std::int32_t>> {
+class graph_view final : public detail::index_columns<detail::viewed_columns> {
 public:
     graph_view() = default;
-    /// Raises mismatch unless all columns have the same length, invalid_option for a negative width or height, too_large for
-    /// 2^31 pixels or more.
+    /// Raises mismatch unless all columns have the same length, invalid_option for a negative width or height, too_large for a
+    /// side above max_lattice_side or 2^31 pixels or more.
     ///
     /// x, y                   K positions on a lattice of width x height
     /// up, down, left, right  K neighbors each, an index below K or no_pixel
-    graph_view(std::int32_t width, std::int32_t height, index_view x, index_view y, index_view up, index_view down,
+    graph_view(std::int32_t width, std::int32_t height, coordinate_view x, coordinate_view y, index_view up, index_view down,
                index_view left, index_view right)
         : index_columns(width, height) {
         x_ = x, y_ = y;
         column(side::up) = up, column(side::down) = down, column(side::left) = left, column(side::right) = right;
         if (x.size() > detail::max_pixels) detail::refuse_pixel_count(x.size());
-        for (const index_view& column : {y, up, down, left, right})
-            if (column.size() != x.size())
-                raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every index column",
-                      std::to_string(column.size()));
+        for (const std::size_t entries : {y.size(), up.size(), down.size(), left.size(), right.size()})
+            if (entries != x.size())
+                raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every column",
+                      std::to_string(entries));
     }
 };
 
@@ -169,7 +197,7 @@ public:
 /// on the other sides.
 ///
 /// A stage documents whether it returns pixels in canonical order (core/canonical_order.hpp): by scanline, then by run.
-class graph final : public detail::index_columns<buffer<std::int32_t>> {
+class graph final : public detail::index_columns<detail::owned_columns> {
 public:
     /// Makes a graph without pixels.
     graph() = default;

@@ -28,9 +28,9 @@ inline constexpr unchecked_t unchecked{};
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
 ///     b.link(a, side::right, c);
 ///     const graph g = std::move(b).build();
-class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
+class graph_builder : public detail::index_columns<detail::owned_columns> {
 public:
-    /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
+    /// width, height  size of the lattice; raises invalid_option for a negative side, too_large for one above max_lattice_side
     /// count          number of initial pixels, all at (0, 0) and without links; raises too_large for 2^31 or more
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
         if (count > detail::max_pixels) detail::refuse_pixel_count(count);
@@ -59,7 +59,7 @@ public:
         if (size() >= detail::max_pixels) detail::refuse_pixel_count(size() + 1);
         make_room(x_), make_room(y_);  // reserves in all columns first, so that their lengths stay equal
         for (const side s : all_sides) make_room(column(s));
-        x_.push_back(at_x), y_.push_back(at_y);
+        x_.push_back(detail::to_coordinate(at_x)), y_.push_back(detail::to_coordinate(at_y));
         for (const side s : all_sides) column(s).push_back(no_pixel);
         return count() - 1;
     }
@@ -67,7 +67,7 @@ public:
     /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step from `a` toward `s`.
     bool can_link(std::int32_t a, side s, std::int32_t b) const {
         return is_side(s) && exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
-               x_[b] - std::int64_t{x_[a]} == step_x(s) && y_[b] - std::int64_t{y_[a]} == step_y(s);
+               x_[b] - x_[a] == step_x(s) && y_[b] - y_[a] == step_y(s);
     }
     bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
 
@@ -88,7 +88,9 @@ public:
 
     /// Moves a pixel without checking its links. Asserts that the pixel exists. No function returns a writable view of a column,
     /// because the caller could change the graph through it after build().
-    void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
+    void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) {
+        x_[pixel] = detail::to_coordinate(at_x), y_[pixel] = detail::to_coordinate(at_y);
+    }
     /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller must also set the
     /// opposite direction. Asserts that the pixel and the side exist. Threads may set different pixels or sides at the same
     /// time.
@@ -103,8 +105,9 @@ public:
     /// neighbors      neighbors(s, old) returns the new neighbors on side `s`, K' indices or no_pixel
     template <class X, class Y, class Neighbors>
     void replace_columns(detail::unchecked_t, std::int32_t width, std::int32_t height, X&& x, Y&& y, Neighbors&& neighbors) {
+        detail::check_lattice(width, height);
         width_ = width, height_ = height;
-        x_ = x(index_view(x_)), y_ = y(index_view(y_));
+        x_ = x(coordinate_view(x_)), y_ = y(coordinate_view(y_));
         for (const side s : all_sides) column(s) = neighbors(s, index_view(column(s)));
     }
 
@@ -121,14 +124,15 @@ public:
     }
 
 private:
-    static void make_room(buffer<std::int32_t>& column) {
+    template <class T>
+    static void make_room(buffer<T>& column) {
         if (column.size() == column.capacity()) column.reserve(column.size() + column.size() / 2 + 4);
     }
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
 /// Makes a fully linked single layer, equivalent to an ordinary image. Pixel (x, y) has index y * width + x. Raises
-/// invalid_option for a negative size, too_large for 2^31 pixels or more.
+/// invalid_option for a negative size, too_large for a side above max_lattice_side or 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
     if (width < 0 || height < 0) detail::refuse_lattice(width, height);

@@ -52,8 +52,7 @@ struct violation {
 inline std::optional<violation> validate(const graph_view& g) {
     const std::int32_t count = g.count();
     for (std::int32_t i = 0; i < count; ++i)
-        if (g.x()[i] < 0 || g.x()[i] >= g.width() || g.y()[i] < 0 || g.y()[i] >= g.height())
-            return violation{invariant::inside_lattice, i};
+        if (g.x()[i] >= g.width() || g.y()[i] >= g.height()) return violation{invariant::inside_lattice, i};
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(i, s);

@@ -67,7 +67,8 @@ public:
     /// color  H x W x 3, red, green, blue, 0 to 255
     /// known  H x W x 1, 0 where the color is to be inpainted
     ///
-    /// Raises mismatch for any other shape of color or known, and too_large for 2^31 pixels or more.
+    /// Raises mismatch for any other shape of color or known, and too_large for 2^31 pixels or more, or a side above
+    /// max_lattice_side.
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;

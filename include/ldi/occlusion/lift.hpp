@@ -80,8 +80,9 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
               std::to_string(camera.width) + " x " + std::to_string(camera.height));
     if (!(facts.surface.max_step >= 0))
         raise(error_code::invalid_option, "surface_rule::max_step", "0 or more", to_text(facts.surface.max_step));
-    if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
-        raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
+    if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns || (std::max)(rows, columns) > max_lattice_side)
+        raise(error_code::too_large, "lift", "fewer than 2^31 pixels, at most " + std::to_string(max_lattice_side) + " per side",
+              std::to_string(columns) + " x " + std::to_string(rows));
 
     buffer<typename Color::scalar> colors;
     colors.reserve(3 * rows * columns);
@@ -109,13 +110,13 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 ///
 /// Raises mismatch if an image is empty, or if the images and the camera differ in size. Raises invalid_option for a threshold
 /// that is negative or NaN, invalid_data for a disparity outside [0, 1] by more than a rounding error (1e-5), and too_large for
-/// 2^31 pixels or more. Runs in linear time and uses 33 bytes per pixel.
+/// 2^31 pixels or more, or a side above max_lattice_side. Runs in linear time and uses 29 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
     return detail::lift_colors<color_column>(color, disparity, facts, threads);
 }
-/// Lifts a photo with 16 bits per channel. The parameters and errors are the same. Uses 36 bytes per pixel.
+/// Lifts a photo with 16 bits per channel. The parameters and errors are the same. Uses 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
                                                                                 image_view<const float> disparity,

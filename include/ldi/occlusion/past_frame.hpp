@@ -99,7 +99,8 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// the photo's interior replace those of the rim, and the rim's pixels become unknown. The result is in canonical order. Runs
 /// in linear time. Raises invalid_option for a motion that is negative, infinite or NaN. Raises mismatch if `facts` has a
 /// margin, if the camera and the lattice differ in size, or if the layers are not in canonical order. Raises invalid_data for
-/// disparities that are not finite. Raises too_large for 2^31 or more pixels or positions; the layers are then empty.
+/// disparities that are not finite. Raises too_large for 2^31 or more pixels or positions, and for a side above
+/// max_lattice_side; the layers are then empty.
 template <payload_column... Columns, executor Executor = const serial_executor>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts, Executor&& threads = {}) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
@@ -136,8 +137,9 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         margin = growth->margin();
         constexpr std::int64_t limit = (std::numeric_limits<std::int32_t>::max)();
         const std::int64_t width = std::int64_t{old.width()} + 2 * margin, height = std::int64_t{old.height()} + 2 * margin;
-        if (growth->count() > limit || width * height > limit)
-            raise(error_code::too_large, "grow_past_frame", "fewer than 2^31 pixels",
+        if (growth->count() > limit || width * height > limit || (std::max)(width, height) > max_lattice_side)
+            raise(error_code::too_large, "grow_past_frame",
+                  "fewer than 2^31 pixels, at most " + std::to_string(max_lattice_side) + " per side",
                   std::to_string(width) + " x " + std::to_string(height));
         return growth->run(graph_builder(std::move(old)), threads);
     };

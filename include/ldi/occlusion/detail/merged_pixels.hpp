@@ -7,6 +7,7 @@
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -41,20 +42,22 @@ graph merged_graph(graph_builder old, const graph_builder& added, std::span<cons
     const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : index[pixel]; };
     // Returns a column of the result. fill(from, count, is_new, to, first) writes the values of a piece to `to`; `from` points to
     // the values of the piece's pixels in the column of their graph, and `first` is the piece's first index in the result.
-    const auto merged = [&](array_view<const std::int32_t> of_old, array_view<const std::int32_t> of_added, auto&& fill) {
-        buffer<std::int32_t> result(index.size(), unset);
+    const auto merged = [&]<class T>(array_view<const T> of_old, array_view<const T> of_added, auto&& fill) {
+        buffer<T> result(index.size(), unset);
         for_each_piece(threads, pieces, [&](const grown_piece& p, std::int32_t first) {
             fill((p.is_new ? of_added : of_old).data() + p.first, p.count, p.is_new, result.data() + first, first);
         });
         return result;
     };
+    using coordinates = const lattice_coordinate*;
+    const auto x = [&](coordinates from, std::int32_t count, bool is_new, lattice_coordinate* to, std::int32_t) {
+        const std::int32_t start = *from + (is_new ? 0 : margin);
+        for (std::int32_t i = 0; i < count; ++i) to[i] = static_cast<lattice_coordinate>(start + i);
+    };
+    const auto y = [&](coordinates from, std::int32_t count, bool is_new, lattice_coordinate* to, std::int32_t) {
+        std::fill_n(to, count, static_cast<lattice_coordinate>(*from + (is_new ? 0 : margin)));
+    };
     using values = const std::int32_t*;
-    const auto x = [&](values from, std::int32_t count, bool is_new, std::int32_t* to, std::int32_t) {
-        for (std::int32_t i = 0; i < count; ++i) to[i] = *from + (is_new ? 0 : margin) + i;
-    };
-    const auto y = [&](values from, std::int32_t count, bool is_new, std::int32_t* to, std::int32_t) {
-        for (std::int32_t i = 0; i < count; ++i) to[i] = *from + (is_new ? 0 : margin);
-    };
     const auto vertical = [&](values from, std::int32_t count, bool, std::int32_t* to, std::int32_t) {
         for (std::int32_t i = 0; i < count; ++i) to[i] = moved(from[i]);
     };
@@ -67,9 +70,11 @@ graph merged_graph(graph_builder old, const graph_builder& added, std::span<cons
         to[count - 1] = moved(from[count - 1]);
     };
     using view = array_view<const std::int32_t>;
+    using coordinate_view = array_view<const lattice_coordinate>;
     old.replace_columns(
-        unchecked, old.width() + 2 * margin, old.height() + 2 * margin, [&](view from) { return merged(from, added.x(), x); },
-        [&](view from) { return merged(from, added.y(), y); },
+        unchecked, old.width() + 2 * margin, old.height() + 2 * margin,
+        [&](coordinate_view from) { return merged(from, added.x(), x); },
+        [&](coordinate_view from) { return merged(from, added.y(), y); },
         [&](side s, view from) {
             if (s == side::left) return merged(from, added.left(), left);
             if (s == side::right) return merged(from, added.right(), right);
