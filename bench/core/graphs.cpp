@@ -28,7 +28,7 @@ namespace {
 using namespace ldi_bench;
 
 constexpr std::int32_t width = 1152, height = 1536;
-constexpr double graph_bytes = 24;  ///< per pixel: position and four links
+constexpr double graph_bytes = 20;  ///< per pixel: position and four links
 /// Per pixel: reads one horizontal and one vertical link, and writes the parent. A quarter of the pixels also write a coarse
 /// pixel.
 constexpr double coarsening_bytes = 4 + 4 + 4 + (graph_bytes + 4) / 4;

@@ -129,8 +129,8 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 ///   for inverse depth below 0
 /// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
 /// - invalid_option for an option outside its range
-/// - too_large for 2^31 pixels or more, for more than 65,535 pixels per side with the margin, and if the charts do not fit in the
-/// atlas; a smaller options.long_side helps
+/// - too_large for 2^31 pixels or more, for more than 65,535 pixels per side with the margin, and if the charts do not fit in
+///   the atlas; a smaller options.long_side helps
 /// - canceled if options.progress requests to stop
 /// - the errors of the estimator, the decider and the inpainter.
 ///

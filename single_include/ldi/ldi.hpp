@@ -1243,13 +1243,12 @@ struct depth_range {
 
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, each with at most one neighbor per side. Any number of pixels
-// may share a position. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column
-// is one row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
+// may share a position. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each column is one
+// row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column or a row of a lattice. 16 bits suffice for the sides of pictures, and graphs are read from memory more often than
-/// their positions are computed with.
+/// A column or a row of a lattice. 16 bits suffice for pictures, and small positions save memory and bandwidth.
 using lattice_coordinate = std::uint16_t;
 
 /// Maximum width and height of a lattice. The largest coordinate lies outside every lattice.
@@ -1297,7 +1296,7 @@ inline void check_lattice(std::int64_t width, std::int64_t height) {
     if (width < 0 || height < 0 || width > max_lattice_side || height > max_lattice_side) refuse_lattice(width, height);
 }
 
-/// Returns a coordinate. Numbers that are outside every lattice become a coordinate that is, too.
+/// Returns a coordinate. A number outside every lattice becomes max_lattice_side, which is also outside.
 constexpr lattice_coordinate to_coordinate(std::int32_t at) {
     return static_cast<lattice_coordinate>(at >= 0 && at < max_lattice_side ? at : max_lattice_side);
 }
@@ -1399,7 +1398,7 @@ private:
 
 }  // namespace detail
 
-/// Non-owning view of index columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
+/// Non-owning view of the columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
 ///
 /// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
 class graph_view final : public detail::index_columns<detail::viewed_columns> {
@@ -1423,7 +1422,7 @@ public:
     }
 };
 
-/// An immutable graph that owns its index columns. Invariants: all columns have the same length; 0 <= x < width, 0 <= y <
+/// An immutable graph that owns its columns. Invariants: all columns have the same length; 0 <= x < width, 0 <= y <
 /// height; links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) is at (x - 1, y), and similarly
 /// on the other sides.
 ///
@@ -1451,7 +1450,7 @@ private:
     explicit graph(index_columns&& columns) : index_columns(std::move(columns)) {}
 };
 
-/// Whether two graphs have the same lattice and equal index columns.
+/// Whether two graphs have the same lattice and equal columns.
 inline bool operator==(const graph_view& a, const graph_view& b) {
     if (a.width() != b.width() || a.height() != b.height() || !(a.x() == b.x()) || !(a.y() == b.y())) return false;
     for (const side s : all_sides)
@@ -1620,7 +1619,8 @@ public:
         there = no_pixel;
     }
 
-    /// Moves a pixel without checking its links. Asserts that the pixel exists. No function returns a writable view of a column,
+    /// Moves a pixel without checking its links. Asserts that the pixel exists. Stores a coordinate outside every lattice as
+    /// max_lattice_side. No function returns a writable view of a column,
     /// because the caller could change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) {
         x_[pixel] = detail::to_coordinate(at_x), y_[pixel] = detail::to_coordinate(at_y);
@@ -1630,7 +1630,8 @@ public:
     /// time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. The caller
+    /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. Raises the
+    /// constructor's errors for the new size. The caller
     /// guarantees columns of equal length and the invariants of `graph`. If a callable throws, the builder must not be used
     /// again.
     ///
@@ -14773,8 +14774,10 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
     if (color.channels() != 3 || known.channels() != 1 || color.height() != known.height() || color.width() != known.width())
         raise(error_code::mismatch, stage_name, "H x W x 3 colors and an H x W x 1 mask of known pixels",
               detail::shape_text(color) + " and " + detail::shape_text(known));
-    if (color.width() * color.height() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
-        raise(error_code::too_large, stage_name, "fewer than 2^31 pixels", detail::shape_text(color));
+    if (color.width() * color.height() > std::size_t{(std::numeric_limits<std::int32_t>::max)()} ||
+        (std::max)(color.width(), color.height()) > max_lattice_side)
+        raise(error_code::too_large, stage_name,
+              "fewer than 2^31 pixels, at most " + std::to_string(max_lattice_side) + " per side", detail::shape_text(color));
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
     for (std::size_t y = 0; y < color.height(); ++y) {
         std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());
@@ -19376,7 +19379,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const std::uint8_t> old_color = layers.template column<color_column>(),
                                          old_known = layers.template column<known_column>();
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
-    constexpr float too_far = 32768.0F;  // a lattice with a margin of this width has more than 2^31 positions
+    constexpr float too_far = 32768.0F;  // with a margin of this width, a side exceeds max_lattice_side
     const auto continue_surfaces = [&](graph_builder base) {
         graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {
@@ -29536,8 +29539,8 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
 ///   for inverse depth below 0
 /// - mismatch if an image of `own` or the estimator's map has no pixel or the wrong number of channels
 /// - invalid_option for an option outside its range
-/// - too_large for 2^31 pixels or more, for more than 65,535 pixels per side with the margin, and if the charts do not fit in the
-/// atlas; a smaller options.long_side helps
+/// - too_large for 2^31 pixels or more, for more than 65,535 pixels per side with the margin, and if the charts do not fit in
+///   the atlas; a smaller options.long_side helps
 /// - canceled if options.progress requests to stop
 /// - the errors of the estimator, the decider and the inpainter.
 ///

@@ -1,4 +1,4 @@
-// Views of index columns that violate an invariant of a graph.
+// Views of columns that violate an invariant of a graph.
 #pragma once
 
 #include <ldi/core/graph.hpp>

@@ -65,10 +65,10 @@ TEST_CASE("a position outside the lattice is detected") {
     detects(invariant::inside_lattice, 11, [](own_columns& g, std::int32_t pixel, side s, std::mt19937&) {
         const std::size_t i = static_cast<std::size_t>(pixel);
         switch (s) {
-            case side::left: g.x()[i] = -1; break;
-            case side::right: g.x()[i] = g.width; break;
-            case side::up: g.y()[i] = -1; break;
-            case side::down: g.y()[i] = g.height; break;
+            case side::left: g.x()[i] = max_lattice_side; break;
+            case side::right: g.x()[i] = static_cast<lattice_coordinate>(g.width); break;
+            case side::up: g.y()[i] = max_lattice_side; break;
+            case side::down: g.y()[i] = static_cast<lattice_coordinate>(g.height); break;
         }
         return true;
     });

@@ -560,6 +560,8 @@ TEST_CASE("inpainting refuses images, masks and flags of requested pixels that d
         const image_view<const std::uint8_t> wide(&one, 1, width, 3), wide_mask(&one, 1, width, 1);
         CHECK(testing::raised([&] { network.inpaint(wide, wide_mask); }) == error_code::too_large);
     }
+    const image<std::uint8_t> long_color(1, 65536, 3), long_mask(1, 65536);
+    CHECK(testing::raised([&] { network.inpaint(long_color, long_mask); }) == error_code::too_large);
     const photo_layers layers(make_grid(8, 8));
     for (const std::size_t count : {std::size_t{0}, std::size_t{63}, std::size_t{65}}) {
         const buffer<std::uint8_t> wanted(count, std::uint8_t{1});

@@ -1,6 +1,8 @@
 #include <ldi/core/validate.hpp>
 #include <ldi/occlusion/lift.hpp>
 
+#include "tests/support/errors.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -78,4 +80,11 @@ TEST_CASE("a 16-bit photo is linked like the same 8-bit photo and keeps its full
     const ldi::photo_layer from_8 = ldi::lift(color, disparity);
     CHECK(from_16.topology() == from_8.topology());
     CHECK(std::equal(deep.begin(), deep.end(), from_16.column<ldi::color16_column>().begin()));
+}
+
+TEST_CASE("photos with more than 65,535 pixels per side are refused") {
+    const ldi::image<std::uint8_t> wide(1, 65536, 3), high(65536, 1, 3);
+    CHECK(ldi::testing::raised([&] { ldi::lift(wide, ldi::image<float>(1, 65536)); }) == ldi::error_code::too_large);
+    CHECK(ldi::testing::raised([&] { ldi::lift(high, ldi::image<float>(65536, 1)); }) == ldi::error_code::too_large);
+    CHECK(ldi::lift(ldi::image<std::uint8_t>(1, 65535, 3), ldi::image<float>(1, 65535)).size() == 65535);
 }

@@ -7,14 +7,14 @@ from scenes import scene
 PHOTO, DEPTH = scene()
 ARRAYS = {
     ldi.Depth: ("photo", "estimated", "disparity"),
-    ldi.Layer: ("x", "y", "left", "right", "up", "down", "color", "disparity", "known"),
-    ldi.Layers: ("x", "y", "left", "right", "up", "down", "color", "disparity", "known"),
+    ldi.Layer: ("left", "right", "up", "down", "color", "disparity", "known"),
+    ldi.Layers: ("left", "right", "up", "down", "color", "disparity", "known"),
     ldi.Curve: ("sides",),
-    ldi.Chart: ("pixels",),
     ldi.Charts: ("chart_of",),
     ldi.Atlas: ("color", "placements"),
     ldi.Mesh: ("positions", "texture_coordinates", "pixels", "triangles"),
 }
+COPIES = {ldi.Layer: ("x", "y"), ldi.Layers: ("x", "y"), ldi.Chart: ("pixels",)}
 
 
 @pytest.fixture(scope="module")
@@ -101,10 +101,23 @@ def root_of(array):
     return array
 
 
-@pytest.mark.parametrize("index", range(8), ids=[kind.__name__ for kind in (ldi.Depth, ldi.Layer, ldi.Curve, ldi.Layers, ldi.Charts, ldi.Chart, ldi.Atlas, ldi.Mesh)])
+KINDS = (ldi.Depth, ldi.Layer, ldi.Curve, ldi.Layers, ldi.Charts, ldi.Chart, ldi.Atlas, ldi.Mesh)
+
+
+@pytest.mark.parametrize("index", range(8), ids=[kind.__name__ for kind in KINDS])
+def test_positions_and_the_pixels_of_a_chart_are_copies_in_int32_that_nobody_can_change(index):
+    owner = results()[index]
+    for name in COPIES.get(type(owner), ()):
+        array, again = getattr(owner, name), getattr(owner, name)
+        assert array.dtype == np.int32 and len(array) > 0 and np.array_equal(array, again) and not np.shares_memory(array, again), name
+        with pytest.raises(ValueError):
+            array[...] = 0
+
+
+@pytest.mark.parametrize("index", range(8), ids=[kind.__name__ for kind in KINDS])
 def test_arrays_show_the_memory_of_their_owner(index):
     owner = results()[index]
-    for name in ARRAYS[type(owner)]:
+    for name in ARRAYS.get(type(owner), ()):
         array = getattr(owner, name)
         assert root_of(array) is owner and np.shares_memory(array, getattr(owner, name)), name
         with pytest.raises(ValueError):

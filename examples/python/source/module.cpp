@@ -37,7 +37,7 @@ void add_view(Class& to, const char* name, const char* meaning, Show show) {
         name, [show](const py::object& self) { return show(self, self.cast<const type&>()); }, meaning);
 }
 
-/// Returns an array with copies of integers.
+/// Returns a read-only array of int32 with copies of integers.
 template <class Integers>
 py::array_t<std::int32_t> read_only_copy(const Integers& integers) {
     py::array_t<std::int32_t> copy(static_cast<py::ssize_t>(integers.size()));

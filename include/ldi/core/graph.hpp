@@ -1,6 +1,6 @@
 // The topology of a layered depth image: K pixels on a lattice, each with at most one neighbor per side. Any number of pixels
-// may share a position. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column
-// is one row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
+// may share a position. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each column is one
+// row of the tensor. Graphs are immutable; core/graph_builder.hpp builds them.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -17,8 +17,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column or a row of a lattice. 16 bits suffice for the sides of pictures, and graphs are read from memory more often than
-/// their positions are computed with.
+/// A column or a row of a lattice. 16 bits suffice for pictures, and small positions save memory and bandwidth.
 using lattice_coordinate = std::uint16_t;
 
 /// Maximum width and height of a lattice. The largest coordinate lies outside every lattice.
@@ -66,7 +65,7 @@ inline void check_lattice(std::int64_t width, std::int64_t height) {
     if (width < 0 || height < 0 || width > max_lattice_side || height > max_lattice_side) refuse_lattice(width, height);
 }
 
-/// Returns a coordinate. Numbers that are outside every lattice become a coordinate that is, too.
+/// Returns a coordinate. A number outside every lattice becomes max_lattice_side, which is also outside.
 constexpr lattice_coordinate to_coordinate(std::int32_t at) {
     return static_cast<lattice_coordinate>(at >= 0 && at < max_lattice_side ? at : max_lattice_side);
 }
@@ -168,7 +167,7 @@ private:
 
 }  // namespace detail
 
-/// Non-owning view of index columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
+/// Non-owning view of the columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
 ///
 /// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
 class graph_view final : public detail::index_columns<detail::viewed_columns> {
@@ -192,7 +191,7 @@ public:
     }
 };
 
-/// An immutable graph that owns its index columns. Invariants: all columns have the same length; 0 <= x < width, 0 <= y <
+/// An immutable graph that owns its columns. Invariants: all columns have the same length; 0 <= x < width, 0 <= y <
 /// height; links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) is at (x - 1, y), and similarly
 /// on the other sides.
 ///
@@ -220,7 +219,7 @@ private:
     explicit graph(index_columns&& columns) : index_columns(std::move(columns)) {}
 };
 
-/// Whether two graphs have the same lattice and equal index columns.
+/// Whether two graphs have the same lattice and equal columns.
 inline bool operator==(const graph_view& a, const graph_view& b) {
     if (a.width() != b.width() || a.height() != b.height() || !(a.x() == b.x()) || !(a.y() == b.y())) return false;
     for (const side s : all_sides)

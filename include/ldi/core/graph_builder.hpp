@@ -86,7 +86,8 @@ public:
         there = no_pixel;
     }
 
-    /// Moves a pixel without checking its links. Asserts that the pixel exists. No function returns a writable view of a column,
+    /// Moves a pixel without checking its links. Asserts that the pixel exists. Stores a coordinate outside every lattice as
+    /// max_lattice_side. No function returns a writable view of a column,
     /// because the caller could change the graph through it after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) {
         x_[pixel] = detail::to_coordinate(at_x), y_[pixel] = detail::to_coordinate(at_y);
@@ -96,7 +97,8 @@ public:
     /// time.
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
-    /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. The caller
+    /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. Raises the
+    /// constructor's errors for the new size. The caller
     /// guarantees columns of equal length and the invariants of `graph`. If a callable throws, the builder must not be used
     /// again.
     ///

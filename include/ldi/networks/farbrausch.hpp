@@ -209,8 +209,10 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
     if (color.channels() != 3 || known.channels() != 1 || color.height() != known.height() || color.width() != known.width())
         raise(error_code::mismatch, stage_name, "H x W x 3 colors and an H x W x 1 mask of known pixels",
               detail::shape_text(color) + " and " + detail::shape_text(known));
-    if (color.width() * color.height() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
-        raise(error_code::too_large, stage_name, "fewer than 2^31 pixels", detail::shape_text(color));
+    if (color.width() * color.height() > std::size_t{(std::numeric_limits<std::int32_t>::max)()} ||
+        (std::max)(color.width(), color.height()) > max_lattice_side)
+        raise(error_code::too_large, stage_name,
+              "fewer than 2^31 pixels, at most " + std::to_string(max_lattice_side) + " per side", detail::shape_text(color));
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
     for (std::size_t y = 0; y < color.height(); ++y) {
         std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());

@@ -126,7 +126,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const std::uint8_t> old_color = layers.template column<color_column>(),
                                          old_known = layers.template column<known_column>();
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
-    constexpr float too_far = 32768.0F;  // a lattice with a margin of this width has more than 2^31 positions
+    constexpr float too_far = 32768.0F;  // with a margin of this width, a side exceeds max_lattice_side
     const auto continue_surfaces = [&](graph_builder base) {
         graph old = std::move(base).build(detail::unchecked);
         const auto reach = [&](std::int32_t pixel) {

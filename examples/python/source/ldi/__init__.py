@@ -1,6 +1,6 @@
 """Turns one photo into a 3D photo.
 
-The results are NumPy arrays over the library's own memory. photo3d() runs the whole pipeline; clean_depth(), lift(), expand(), inpaint(),
+Most results are NumPy arrays over the library's own memory. photo3d() runs the whole pipeline; clean_depth(), lift(), expand(), inpaint(),
 grow_past_frame(), make_charts(), make_atlas() and make_mesh() are its stages. Each stage returns a new value.
 """
 from ._api import clean_depth, depth_network, expand, grow_past_frame, inpaint, inpainting_network, lift, make_atlas, make_charts, make_mesh, photo3d, read_photo, silhouette_network, write_png
