@@ -17,6 +17,10 @@ ARRAYS = {
 COPIES = {ldi.Layer: ("x", "y"), ldi.Layers: ("x", "y"), ldi.Chart: ("pixels",)}
 
 
+def names_of(kind):
+    return ARRAYS.get(kind, ()) + COPIES.get(kind, ())
+
+
 @pytest.fixture(scope="module")
 def made():
     return ldi.photo3d(PHOTO, DEPTH)
@@ -62,7 +66,7 @@ def test_options_of_stages_are_those_of_photo3d():
     depth = ldi.clean_depth(PHOTO, 1 / DEPTH, depth_kind="meters", long_side=100)
     layers = ldi.grow_past_frame(ldi.inpaint(ldi.expand(ldi.lift(depth, 40), 0.2), "diffusion", texture=0.5, grain=2))
     whole = ldi.photo3d(PHOTO, 1 / DEPTH, depth_kind="meters", long_side=100, focal_length=40, motion=0.2, inpaint="diffusion", texture=0.5, grain=2).layers
-    for name in ARRAYS[ldi.Layers] + ("focal_length", "z_near", "z_far", "width", "height", "margin"):
+    for name in names_of(ldi.Layers) + ("focal_length", "z_near", "z_far", "width", "height", "margin"):
         assert np.array_equal(getattr(layers, name), getattr(whole, name)), name
     assert whole.width == 100 and len(layers) > len(ldi.expand(ldi.lift(depth), 0.05))
 
@@ -80,11 +84,11 @@ def test_layers_grow_past_the_frame_at_most_once(made):
 
 def test_stages_do_not_change_their_arguments(made):
     parts = [made.depth, ldi.lift(made.depth), made.layers, made.charts, made.atlas]
-    before = [[getattr(part, name).copy() for name in ARRAYS[type(part)]] for part in parts]
+    before = [[getattr(part, name).copy() for name in names_of(type(part))] for part in parts]
     ldi.expand(parts[1])
     ldi.inpaint(made.layers, lambda layers: 255 - layers.color)
     ldi.make_mesh(made.layers, ldi.make_charts(made.layers), ldi.make_atlas(made.layers, made.charts))
-    after = [[getattr(part, name) for name in ARRAYS[type(part)]] for part in parts]
+    after = [[getattr(part, name) for name in names_of(type(part))] for part in parts]
     assert all(np.array_equal(a, b) for part_a, part_b in zip(before, after) for a, b in zip(part_a, part_b))
 
 
@@ -127,7 +131,7 @@ def test_arrays_show_the_memory_of_their_owner(index):
 @pytest.mark.parametrize("index", range(8))
 def test_arrays_outlive_their_owner(index):
     owner = results()[index]
-    arrays = [(getattr(owner, name), getattr(owner, name).copy()) for name in ARRAYS[type(owner)]]
+    arrays = [(getattr(owner, name), getattr(owner, name).copy()) for name in names_of(type(owner))]
     del owner
     for _ in range(3):
         results()
