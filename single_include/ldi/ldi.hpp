@@ -1285,14 +1285,14 @@ class graph_builder;
 
 namespace detail {
 
-[[noreturn]] inline void refuse_lattice(std::int64_t width, std::int64_t height) {
+[[noreturn]] inline void refuse_lattice(std::int32_t width, std::int32_t height) {
     const bool is_large = width >= 0 && height >= 0;
     raise(is_large ? error_code::too_large : error_code::invalid_option, "graph",
           "a lattice with a width and a height of 0 to " + std::to_string(max_lattice_side),
           std::to_string(width) + " x " + std::to_string(height));
 }
 
-inline void check_lattice(std::int64_t width, std::int64_t height) {
+inline void check_lattice(std::int32_t width, std::int32_t height) {
     if (width < 0 || height < 0 || width > max_lattice_side || height > max_lattice_side) refuse_lattice(width, height);
 }
 
@@ -1620,8 +1620,8 @@ public:
     }
 
     /// Moves a pixel without checking its links. Asserts that the pixel exists. Stores a coordinate outside every lattice as
-    /// max_lattice_side. No function returns a writable view of a column,
-    /// because the caller could change the graph through it after build().
+    /// max_lattice_side. No function returns a writable view of a column, because the caller could change the graph through it
+    /// after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) {
         x_[pixel] = detail::to_coordinate(at_x), y_[pixel] = detail::to_coordinate(at_y);
     }
@@ -1631,9 +1631,8 @@ public:
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
     /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. Raises the
-    /// constructor's errors for the new size. The caller
-    /// guarantees columns of equal length and the invariants of `graph`. If a callable throws, the builder must not be used
-    /// again.
+    /// constructor's errors for the new size. The caller guarantees columns of equal length and the invariants of `graph`. If a
+    /// callable throws, the builder must not be used again.
     ///
     /// width, height  size of the new lattice
     /// x, y           x(old) and y(old) return the new positions, K' each; `old` is the column that they replace
@@ -14104,10 +14103,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A level of detail and the network's work on it.
 struct farbrausch_level {
-    std::size_t pixel_count = 0;  ///< pixels of the level's graph
-    /// Parent of each pixel on the next coarser level, or no_pixel, until keep_parents_of_read() replaces the entries; empty on
-    /// the last level.
-    buffer<std::int32_t> above;
+    std::size_t pixel_count = 0;      ///< pixels of the level's graph
+    buffer<std::int32_t> above;       ///< parent of each pixel on the next coarser level, or no_pixel; empty on the last level
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
@@ -14117,8 +14114,8 @@ struct farbrausch_level {
     convolution_plan decode;  ///< decoder's convolution; its outputs are this level's decoded pixels
 };
 
-/// Replaces level.above by one entry per read pixel: its parent's row among the next level's decoded pixels, or no_pixel.
-inline void keep_parents_of_read(farbrausch_level& level, const pixel_subset& decoded_above) {
+/// Returns the parent of each read pixel, as its row among the next level's decoded pixels, or no_pixel.
+inline buffer<std::int32_t> parents_of_read(const farbrausch_level& level, const pixel_subset& decoded_above) {
     buffer<std::int32_t> rows(level.read.size(), unset);
     level.read.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
         for (std::int32_t i = 0; i < count; ++i) {
@@ -14126,7 +14123,7 @@ inline void keep_parents_of_read(farbrausch_level& level, const pixel_subset& de
             rows[row + i] = parent == no_pixel ? no_pixel : decoded_above.row_of(parent);
         }
     });
-    level.above = std::move(rows);
+    return rows;
 }
 
 /// Plans a level's convolutions between this level and the next coarser one.
@@ -14658,10 +14655,12 @@ private:
     std::size_t depth() const { return architecture_.channels.size(); }
 
     /// Runs all layers. Returns the output of the last layer, one row per pixel of `levels[0].decoded`.
+    ///
+    /// parents  per level except the last: result of parents_of_read()
     template <class Weights, executor Executor, class Report>
     buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers,
                              detail::masked_map<typename Weights::value_type> input, buffer<detail::farbrausch_level>& levels,
-                             Executor& threads, Report&& report) const;
+                             std::span<const buffer<std::int32_t>> parents, Executor& threads, Report&& report) const;
 
     inpainting_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_u8_weights>> layers_;
@@ -14700,16 +14699,18 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
             input.map.values = std::move(fills.input);
             fill = std::move(fills.fill);
         }
+        buffer<buffer<std::int32_t>> parents(this->depth());  // per level: see parents_of_read()
         for (std::size_t i = 0; i <= this->depth(); ++i) {
             levels[i].average = levels[i].average_coarse = {};
-            if (i < this->depth()) keep_parents_of_read(levels[i], levels[i + 1].decoded);
+            if (i < this->depth()) parents[i] = detail::parents_of_read(levels[i], levels[i + 1].decoded);
+            levels[i].above = {};
         }
         // Progress advances by the same step for each layer, although the fine levels take most of the time.
         float done = 0.2F;
         const float step = (1.0F - done) / detail::nearest_float(2 * this->depth());
         const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
         report();
-        return this->run_layers(packed, std::move(input), levels, threads, report);
+        return this->run_layers(packed, std::move(input), levels, parents, threads, report);
     };
     buffer<float> result = std::visit(run, layers_);
     for (std::size_t v = 0; v < fill.size(); ++v) result[v] += fill[v];
@@ -14719,7 +14720,8 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 template <class Weights, executor Executor, class Report>
 buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers,
                                      detail::masked_map<typename Weights::value_type> input,
-                                     buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
+                                     buffer<detail::farbrausch_level>& levels, std::span<const buffer<std::int32_t>> parents,
+                                     Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_feature_view<value_type>;
     using features = detail::masked_map<value_type>;
@@ -14742,7 +14744,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     features coarser = std::move(encoded[depth()]);
     buffer<float> result(levels[0].decoded.size() * output_channels);
     for (std::size_t i = depth(); i-- > 0;) {
-        const source sources[] = {coarser.upsampled(levels[i].above), encoded[i].view()};
+        const source sources[] = {coarser.upsampled(parents[i]), encoded[i].view()};
         if (i == 0)
             convolve_partially(levels[i].decode, layers.decoder[i], sources, result, {}, threads);
         else

@@ -54,14 +54,14 @@ class graph_builder;
 
 namespace detail {
 
-[[noreturn]] inline void refuse_lattice(std::int64_t width, std::int64_t height) {
+[[noreturn]] inline void refuse_lattice(std::int32_t width, std::int32_t height) {
     const bool is_large = width >= 0 && height >= 0;
     raise(is_large ? error_code::too_large : error_code::invalid_option, "graph",
           "a lattice with a width and a height of 0 to " + std::to_string(max_lattice_side),
           std::to_string(width) + " x " + std::to_string(height));
 }
 
-inline void check_lattice(std::int64_t width, std::int64_t height) {
+inline void check_lattice(std::int32_t width, std::int32_t height) {
     if (width < 0 || height < 0 || width > max_lattice_side || height > max_lattice_side) refuse_lattice(width, height);
 }
 

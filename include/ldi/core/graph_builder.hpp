@@ -87,8 +87,8 @@ public:
     }
 
     /// Moves a pixel without checking its links. Asserts that the pixel exists. Stores a coordinate outside every lattice as
-    /// max_lattice_side. No function returns a writable view of a column,
-    /// because the caller could change the graph through it after build().
+    /// max_lattice_side. No function returns a writable view of a column, because the caller could change the graph through it
+    /// after build().
     void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) {
         x_[pixel] = detail::to_coordinate(at_x), y_[pixel] = detail::to_coordinate(at_y);
     }
@@ -98,9 +98,8 @@ public:
     void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
     /// Replaces the lattice and all columns, one column after another, so that at most one column exists twice. Raises the
-    /// constructor's errors for the new size. The caller
-    /// guarantees columns of equal length and the invariants of `graph`. If a callable throws, the builder must not be used
-    /// again.
+    /// constructor's errors for the new size. The caller guarantees columns of equal length and the invariants of `graph`. If a
+    /// callable throws, the builder must not be used again.
     ///
     /// width, height  size of the new lattice
     /// x, y           x(old) and y(old) return the new positions, K' each; `old` is the column that they replace

@@ -93,10 +93,12 @@ private:
     std::size_t depth() const { return architecture_.channels.size(); }
 
     /// Runs all layers. Returns the output of the last layer, one row per pixel of `levels[0].decoded`.
+    ///
+    /// parents  per level except the last: result of parents_of_read()
     template <class Weights, executor Executor, class Report>
     buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers,
                              detail::masked_map<typename Weights::value_type> input, buffer<detail::farbrausch_level>& levels,
-                             Executor& threads, Report&& report) const;
+                             std::span<const buffer<std::int32_t>> parents, Executor& threads, Report&& report) const;
 
     inpainting_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_u8_weights>> layers_;
@@ -135,16 +137,18 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
             input.map.values = std::move(fills.input);
             fill = std::move(fills.fill);
         }
+        buffer<buffer<std::int32_t>> parents(this->depth());  // per level: see parents_of_read()
         for (std::size_t i = 0; i <= this->depth(); ++i) {
             levels[i].average = levels[i].average_coarse = {};
-            if (i < this->depth()) keep_parents_of_read(levels[i], levels[i + 1].decoded);
+            if (i < this->depth()) parents[i] = detail::parents_of_read(levels[i], levels[i + 1].decoded);
+            levels[i].above = {};
         }
         // Progress advances by the same step for each layer, although the fine levels take most of the time.
         float done = 0.2F;
         const float step = (1.0F - done) / detail::nearest_float(2 * this->depth());
         const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
         report();
-        return this->run_layers(packed, std::move(input), levels, threads, report);
+        return this->run_layers(packed, std::move(input), levels, parents, threads, report);
     };
     buffer<float> result = std::visit(run, layers_);
     for (std::size_t v = 0; v < fill.size(); ++v) result[v] += fill[v];
@@ -154,7 +158,8 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 template <class Weights, executor Executor, class Report>
 buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers,
                                      detail::masked_map<typename Weights::value_type> input,
-                                     buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
+                                     buffer<detail::farbrausch_level>& levels, std::span<const buffer<std::int32_t>> parents,
+                                     Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_feature_view<value_type>;
     using features = detail::masked_map<value_type>;
@@ -177,7 +182,7 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
     features coarser = std::move(encoded[depth()]);
     buffer<float> result(levels[0].decoded.size() * output_channels);
     for (std::size_t i = depth(); i-- > 0;) {
-        const source sources[] = {coarser.upsampled(levels[i].above), encoded[i].view()};
+        const source sources[] = {coarser.upsampled(parents[i]), encoded[i].view()};
         if (i == 0)
             convolve_partially(levels[i].decode, layers.decoder[i], sources, result, {}, threads);
         else

@@ -23,10 +23,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A level of detail and the network's work on it.
 struct farbrausch_level {
-    std::size_t pixel_count = 0;  ///< pixels of the level's graph
-    /// Parent of each pixel on the next coarser level, or no_pixel, until keep_parents_of_read() replaces the entries; empty on
-    /// the last level.
-    buffer<std::int32_t> above;
+    std::size_t pixel_count = 0;      ///< pixels of the level's graph
+    buffer<std::int32_t> above;       ///< parent of each pixel on the next coarser level, or no_pixel; empty on the last level
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
@@ -36,8 +34,8 @@ struct farbrausch_level {
     convolution_plan decode;  ///< decoder's convolution; its outputs are this level's decoded pixels
 };
 
-/// Replaces level.above by one entry per read pixel: its parent's row among the next level's decoded pixels, or no_pixel.
-inline void keep_parents_of_read(farbrausch_level& level, const pixel_subset& decoded_above) {
+/// Returns the parent of each read pixel, as its row among the next level's decoded pixels, or no_pixel.
+inline buffer<std::int32_t> parents_of_read(const farbrausch_level& level, const pixel_subset& decoded_above) {
     buffer<std::int32_t> rows(level.read.size(), unset);
     level.read.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
         for (std::int32_t i = 0; i < count; ++i) {
@@ -45,7 +43,7 @@ inline void keep_parents_of_read(farbrausch_level& level, const pixel_subset& de
             rows[row + i] = parent == no_pixel ? no_pixel : decoded_above.row_of(parent);
         }
     });
-    level.above = std::move(rows);
+    return rows;
 }
 
 /// Plans a level's convolutions between this level and the next coarser one.
