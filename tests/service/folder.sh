@@ -63,31 +63,32 @@ count_step "a photo whose document can't be written is not converted" is_not_con
 count_step "another program's file is kept" grep -q '^{"message": "my holiday"}$' "$folder/outputs/kept.jpg.json"
 stop_worker TERM "$worker"
 
-# This photo takes more processor time than a worker may use, so that the system ends every worker that receives the photo.
-python3 -c 'import sys
-sys.path.insert(0, "tests/program")
-from files import png
-sys.stdout.buffer.write(png(12000, 12000, 1, lambda y: bytes(12000)))' >"$folder/photos/endless.jpg"
-printf '%s\n' a.jpg endless.jpg b.jpg >"$folder/endless"
-queue endless submit --job e <"$folder/endless"
-queue endless collect --results "$folder/endless_results" --dead "$folder/endless_dead" --expected 3 >/dev/null &
+# The GLB file of this photo is larger than a worker may write, so that the system ends every worker that receives the photo.
+cp examples/photo3d/sample.jpg "$folder/photos/large.jpg"
+printf '%s\n' a.jpg large.jpg b.jpg >"$folder/deadly"
+queue deadly submit --job e <"$folder/deadly"
+queue deadly collect --results "$folder/deadly_results" --dead "$folder/deadly_dead" --expected 3 >/dev/null &
 collector=$!
 is_over() { has_ended "$worker" || has_ended "$collector"; }
 for ((ended = 0; ended < 20; ++ended)); do
-    seconds_of_core=1 start_worker "endless.$ended" endless "$folder/photos" "$folder/outputs"
+    kilobytes_of_file=300 start_worker "deadly.$ended" deadly "$folder/photos" "$folder/outputs"
     wait_until 60 is_over || break
     ! has_ended "$collector" || break
     stop_worker KILL "$worker" # the worker has already ended; this only reads its exit status
 done
 stop_worker KILL "$worker"
 printf '%d workers ended\n' "$ended"
-count_step "a photo that kills every worker becomes a dead letter" documents codes_are "$folder/endless_dead" delivery_limit
-count_step "a photo that kills every worker is delivered five times" documents was_given_out 5 "$work"/endless.*.log
-count_step "in a job with a photo that kills workers, every photo has exactly one result or dead letter" documents each_once "$folder/endless" "$folder/endless_results" "$folder/endless_dead"
+count_step "a photo that kills every worker becomes a dead letter" documents codes_are "$folder/deadly_dead" delivery_limit
+count_step "a photo that kills every worker is delivered five times" documents was_given_out 5 "$work"/deadly.*.log
+count_step "in a job with a photo that kills workers, every photo has exactly one result or dead letter" documents each_once "$folder/deadly" "$folder/deadly_results" "$folder/deadly_dead"
 wait "$collector" || true
 collector=
 
 # A photo that takes longer than --photo-timeout: the worker ends, and its last line names the photo.
+python3 -c 'import sys
+sys.path.insert(0, "tests/program")
+from files import png
+sys.stdout.buffer.write(png(12000, 12000, 1, lambda y: bytes(12000)))' >"$folder/photos/endless.jpg"
 start_worker slow slow "$folder/photos" "$folder/outputs" --photo-timeout 0.1
 queue slow submit --job s <<<endless.jpg
 ends_with_75() { wait_until 60 has_ended "$worker" && { wait "$worker" || [ $? = 75 ]; }; }

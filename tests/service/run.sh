@@ -52,7 +52,7 @@ start_worker() {
     worker_log=$work/$1.log
     worker_address=http://127.0.0.1:$port
     (
-        ulimit -St "${seconds_of_core:-unlimited}"
+        ulimit -Sf "${kilobytes_of_file:-unlimited}"
         exec "$PROGRAMS/photo3d_worker" --broker "$broker_url" --queue "$2" --photos "$3" --outputs "$4" --http "127.0.0.1:$port" \
             "${@:5}"
     ) >>"$worker_log" 2>>"$work/errors" &
