@@ -170,22 +170,26 @@ struct sample_band {
     ///
     /// n  samples per pixel and axis
     void resolve(std::int64_t n, rendering& result) const {
-        for (std::int64_t y = first_row / n; y < last_row / n; ++y)
-            for (std::int64_t x = 0; x < width / n; ++x) {
-                std::array<std::int64_t, 3> sum{};
-                std::int64_t covered = 0;
+        const std::int64_t first = first_row / n, last = last_row / n, across = width / n;
+        const std::uint32_t samples = static_cast<std::uint32_t>(n * n);
+        const auto mean = [samples](std::uint32_t sum) {
+            return static_cast<std::uint8_t>(samples == 1 ? sum : (sum + samples / 2) / samples);  // a division takes longer
+        };
+        for (std::int64_t y = first; y < last; ++y)
+            for (std::int64_t x = 0; x < across; ++x) {
+                std::array<std::uint32_t, 3> sum{};
+                std::uint32_t covered = 0;
                 float nearest = 0;
                 for (std::int64_t j = 0; j < n; ++j)
                     for (std::int64_t i = 0; i < n; ++i) {
                         const std::int64_t sample = (y * n - first_row + j) * width + x * n + i;
                         for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
-                        covered += inverse_depth[sample] > 0 ? 1 : 0;
+                        covered += inverse_depth[sample] > 0 ? 1U : 0U;
                         nearest = (std::max)(nearest, inverse_depth[sample]);
                     }
-                for (std::size_t c = 0; c < 3; ++c)
-                    result.color(y, x, c) = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                for (std::size_t c = 0; c < 3; ++c) result.color(y, x, c) = mean(sum[c]);
                 result.depth(y, x) = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
-                result.coverage(y, x) = static_cast<std::uint8_t>(255 * covered / (n * n));
+                result.coverage(y, x) = static_cast<std::uint8_t>(covered == samples ? 255U : 255 * covered / samples);
             }
     }
 };
