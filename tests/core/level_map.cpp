@@ -53,3 +53,12 @@ TEST_CASE("a moved-from level map is empty") {
     CHECK((map.width() == 0 && map.height() == 0 && map.kept().empty() && map.parent().empty()));
     CHECK((moved.kept() == copy.kept() && moved.parent() == copy.parent()));
 }
+
+TEST_CASE("take_parent() moves the parents out of a level map and leaves it empty") {
+    level_map map = coarsen(make_grid(5, 4)).map;
+    const level_map copy = map;
+    const std::int32_t* const values = map.parent().data();
+    const buffer<std::int32_t> taken = std::move(map).take_parent();
+    CHECK((map.width() == 0 && map.height() == 0 && map.kept().empty() && map.parent().empty()));
+    CHECK((taken.data() == values && copy.parent() == taken));  // the same memory, not a copy
+}

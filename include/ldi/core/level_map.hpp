@@ -48,6 +48,8 @@ public:
     /// Per fine pixel: its coarse pixel, or no_pixel.
     array_view<const std::int32_t> parent() const& { return parent_; }
     array_view<const std::int32_t> parent() const&& = delete;
+    /// Moves the values of parent() out, for a caller that needs no other part of the map. The map is then empty.
+    buffer<std::int32_t> take_parent() && { return std::move(level_map(std::move(*this)).parent_); }
 
 private:
     friend coarsened detail::coarsen_sound(const graph_view& g, orphan_rule orphans);

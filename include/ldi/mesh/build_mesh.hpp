@@ -43,9 +43,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// invalid_data for disparities that are not finite; and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and
-/// charts with many edges across one scanline. The function allocates about 30 bytes per pixel, and up to 100 if most surfaces
-/// are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, charts
+/// with many edges across one scanline, and more than a few surfaces per position. The function allocates 2 to 30 bytes per
+/// pixel, and up to 800 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {

@@ -4,22 +4,38 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/runs.hpp>
 
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Lists the pixels at each lattice position. Most positions have one pixel; only the others need a list.
+/// Finds the pixels at a lattice position. Each row is divided into blocks of positions, and each block lists the runs of pixels
+/// that overlap it. An entry takes 8 bytes; runs of photographs are long, so that most blocks have one entry. A lookup visits all
+/// runs of a block, at most `block_size` per surface.
 class pixel_stacks {
 public:
     /// disparity  K values, one per pixel of `g`
     pixel_stacks(const graph_view& g, array_view<const float> disparity)
-        : width_(g.width()), height_(g.height()), disparity_(disparity), slots_(g.position_count(), no_pixel) {
-        if (g.size() > g.position_count())
-            entries_.reserve(2 * (g.size() - g.position_count()));  // enough unless positions are empty
-        for (std::int32_t i = 0; i < g.count(); ++i) add(i, slots_[g.position_of(i)]);
+        : width_(g.width()),
+          height_(g.height()),
+          blocks_per_row_((std::ptrdiff_t{g.width()} + block_size - 1) / block_size),
+          disparity_(disparity),
+          first_run_(static_cast<std::size_t>(blocks_per_row_ * g.height()) + 1) {
+        const auto for_each_block = [&](auto&& see) {
+            for_each_run(g, [&](pixel_run r) {
+                const std::int32_t begin = g.x()[r.first], end = begin + r.size();
+                const std::ptrdiff_t row = g.y()[r.first] * blocks_per_row_;
+                for (std::ptrdiff_t b = row + begin / block_size; b <= row + (end - 1) / block_size; ++b)
+                    see(b, placed_run{r.first, static_cast<lattice_coordinate>(begin), static_cast<lattice_coordinate>(end)});
+            });
+        };
+        for_each_block([&](std::ptrdiff_t b, const placed_run&) { ++first_run_[b]; });
+        std::int32_t count = 0;
+        for (std::int32_t& first : first_run_) first = count += first;  // for now, the end of each block's runs
+        runs_.resize(static_cast<std::size_t>(count), unset);
+        for_each_block([&](std::ptrdiff_t b, const placed_run& run) { runs_[--first_run_[b]] = run; });
     }
 
     float disparity(std::int32_t pixel) const { return disparity_[pixel]; }
@@ -27,58 +43,47 @@ public:
     /// Returns the nearest pixel at a position, which is the one that the photo's camera sees. Returns no_pixel if there is none,
     /// and outside the lattice.
     std::int32_t nearest(std::int32_t x, std::int32_t y) const {
-        const std::int32_t slot = slot_at(x, y);
-        return is_list(slot) ? entries_[first_entry(slot)].pixel : slot;
+        std::int32_t best = no_pixel;
+        find(x, y, [&](std::int32_t pixel) {
+            if (best == no_pixel || disparity_[pixel] > disparity_[best] ||
+                (disparity_[pixel] == disparity_[best] && pixel < best))
+                best = pixel;
+        });
+        return best;
     }
 
     /// Calls `visit(pixel)` for each pixel at a position, the nearest first, the others in no particular order. There are no
     /// pixels outside the lattice.
     template <class Visit>
     void for_each(std::int32_t x, std::int32_t y, Visit&& visit) const {
-        const std::int32_t slot = slot_at(x, y);
-        if (!is_list(slot)) {
-            if (slot != no_pixel) visit(slot);
-            return;
-        }
-        for (std::int32_t e = first_entry(slot); e != no_entry; e = entries_[e].next) visit(entries_[e].pixel);
+        const std::int32_t first = nearest(x, y);
+        if (first == no_pixel) return;
+        visit(first);
+        find(x, y, [&](std::int32_t pixel) {
+            if (pixel != first) visit(pixel);
+        });
     }
 
 private:
-    struct entry {
-        std::int32_t pixel, next;  // index of the next entry of the same position, or no_entry
+    static constexpr std::int32_t block_size = 8;
+    struct placed_run {
+        std::int32_t first;             // its first pixel
+        lattice_coordinate begin, end;  // its columns
     };
-    static constexpr std::int32_t no_entry = -1;
 
-    // The slot of a position is its only pixel, or no_pixel, or less than no_pixel if it has several pixels.
-    static bool is_list(std::int32_t slot) { return slot < no_pixel; }
-    static std::int32_t first_entry(std::int32_t slot) { return no_pixel - 1 - slot; }
-    static std::int32_t list_from(std::int32_t entry) { return no_pixel - 1 - entry; }
-
-    std::int32_t slot_at(std::int32_t x, std::int32_t y) const {
-        const bool is_inside = x >= 0 && y >= 0 && x < width_ && y < height_;
-        return is_inside ? slots_[std::ptrdiff_t{y} * width_ + x] : no_pixel;
-    }
-
-    void add(std::int32_t pixel, std::int32_t& slot) {
-        if (slot == no_pixel) {
-            slot = pixel;
-            return;
-        }
-        if (!is_list(slot)) {
-            entries_.push_back({slot, no_entry});
-            slot = list_from(entries_.count() - 1);
-        }
-        const std::int32_t first = first_entry(slot);
-        if (disparity_[pixel] > disparity_[entries_[first].pixel]) std::swap(pixel, entries_[first].pixel);
-        const std::int32_t next = entries_[first].next;
-        entries_.push_back({pixel, next});
-        entries_[first].next = entries_.count() - 1;
+    template <class Visit>
+    void find(std::int32_t x, std::int32_t y, Visit&& visit) const {
+        if (x < 0 || y < 0 || x >= width_ || y >= height_) return;
+        const std::ptrdiff_t block = y * blocks_per_row_ + x / block_size;
+        for (std::int32_t i = first_run_[block]; i < first_run_[block + 1]; ++i)
+            if (const placed_run& run = runs_[i]; x >= run.begin && x < run.end) visit(run.first + x - run.begin);
     }
 
     std::int32_t width_, height_;
+    std::ptrdiff_t blocks_per_row_;
     array_view<const float> disparity_;
-    buffer<std::int32_t> slots_;
-    buffer<entry> entries_;
+    buffer<std::int32_t> first_run_;  // per block, row by row: index of its first run in runs_; last: number of runs
+    buffer<placed_run> runs_;
 };
 
 }}}  // namespace ldi::detail

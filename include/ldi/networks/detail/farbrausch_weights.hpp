@@ -30,13 +30,19 @@ struct farbrausch_input<float> {
 
 template <>
 struct farbrausch_input<std::uint8_t> {
-    quantization values;
+    farbrausch_input() = default;
+    explicit farbrausch_input(const quantization& values)
+        : zero_point_(values.zero_point), steps_per_unit_(1.0F / values.scale), rounded_zero_(values.zero_point + 0.5F) {}
 
-    std::uint8_t zero() const { return values.zero_point; }
+    std::uint8_t zero() const { return zero_point_; }
     std::uint8_t operator()(float value) const {
-        const float steps = value * (1.0F / values.scale) + (values.zero_point + 0.5F);
+        const float steps = value * steps_per_unit_ + rounded_zero_;
         return static_cast<std::uint8_t>(std::clamp(steps, 0.0F, 255.0F));
     }
+
+private:
+    std::uint8_t zero_point_ = 0;
+    float steps_per_unit_ = 1.0F, rounded_zero_ = 0.5F;
 };
 
 /// One encoder and one decoder convolution per level.
@@ -65,7 +71,7 @@ public:
             return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,
                                          l.result.empty() ? quantization{} : range(l.result));
         });
-        result.input = {range("input")};
+        result.input = farbrausch_input<std::uint8_t>(range("input"));
         return result;
     }
 

@@ -49,11 +49,11 @@ inline buffer<std::int32_t> parents_of_read(const farbrausch_level& level, const
 /// Plans a level's convolutions between this level and the next coarser one.
 ///
 /// encode  set to the plan of the encoder's convolution, unless its kernel is 3 x 3: then level.average_coarse is this plan
-inline void plan_transition(convolution_planner& planner, const level_map& map, std::int32_t kernel, farbrausch_level& level,
+inline void plan_transition(convolution_planner& planner, level_map map, std::int32_t kernel, farbrausch_level& level,
                             convolution_plan& encode) {
     level.average_coarse = planner.plan(3, map);
     if (kernel != 3) encode = planner.plan(kernel, map);
-    level.above = map.parent().copy();
+    level.above = std::move(map).take_parent();
 }
 
 /// Plans all levels, from the finest to the coarsest.
@@ -73,8 +73,8 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     run_both(
         threads, [&] { levels[0].average = planner.emplace(finest).plan(3); }, [&] { second = coarsen(finest); });
     const auto finish_finest = [&] {
-        plan_transition(*planner, second.map, kernels[0], levels[0], encode[0]);
-        planner.reset(), second.map = {};
+        plan_transition(*planner, std::move(second.map), kernels[0], levels[0], encode[0]);
+        planner.reset();
     };
     const auto plan_others = [&] {
         graph coarse = std::move(second.topology);
@@ -84,7 +84,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
             levels[i].average = plans.plan(3);
             if (i == depth) break;
             coarsened next = coarsen(coarse);
-            plan_transition(plans, next.map, kernels[i], levels[i], encode[i]);
+            plan_transition(plans, std::move(next.map), kernels[i], levels[i], encode[i]);
             coarse = std::move(next.topology);
         }
     };

@@ -23,6 +23,22 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// The colors of a subset of a level's pixels.
+class subset_colors {
+public:
+    subset_colors(pixel_subset pixels, const masked_colors& all) : pixels_(std::move(pixels)), colors_(pixels_.size()) {
+        pixels_.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
+            for (std::int32_t i = 0; i < count; ++i) colors_.set(row + i, all[first + i]);
+        });
+    }
+    masked_color operator[](std::int32_t pixel) const noexcept { return colors_[pixels_.row_of(pixel)]; }
+    bool has(std::int32_t pixel) const noexcept { return colors_.has(pixels_.row_of(pixel)); }
+
+private:
+    pixel_subset pixels_;
+    masked_colors colors_;
+};
+
 /// The network's input, and the fill that the network corrects.
 template <class Value>
 struct smooth_fills {
@@ -133,10 +149,11 @@ private:
     /// Computes level 0 at the pixels that the network reads.
     template <class Convert>
     auto finest(masked_colors fill_above, const masked_colors& tone_above, const Convert& convert) {
-        const farbrausch_level& level = levels_[0];
+        farbrausch_level& level = levels_[0];
         const pixel_subset unknown = pixel_subset::where(known_.size(), [&](std::int32_t pixel) { return known_[pixel] == 0; });
-        const masked_colors unknown_color = unknown_colors(unknown, fill_above);
+        const subset_colors above_unknown = colors_above(unknown, fill_above);
         fill_above = {};
+        const masked_colors unknown_color = unknown_colors(unknown, above_unknown);
         const auto color = [&](std::int32_t pixel) noexcept {
             if (known_[pixel] != 0) return photo(pixel);
             const std::int32_t i = unknown.row_of(pixel);
@@ -150,9 +167,11 @@ private:
                 for (std::size_t c = 0; c < 3; ++c) result.fill[3 * static_cast<std::size_t>(row + i) + c] = at[c];
             }
         });
+        const convolution_plan read_windows = restrict_to(level.average, level.read);
+        level.average = {};
         result.input.resize(lanes::wide * level.read.size(), unset);
         average_windows(
-            restrict_to(level.average, level.read), threads_,
+            read_windows, threads_,
             [&](std::int32_t p) noexcept { return above_or(tone_above, level.above, p, [&]() noexcept { return photo(p); }); },
             [&](std::int32_t pixel, masked_color tone) noexcept {
                 const masked_color here = color(pixel);
@@ -164,13 +183,23 @@ private:
         return result;
     }
 
+    /// Returns the colors of the parents of unknown pixels, which are a small part of the level's colors.
+    subset_colors colors_above(const pixel_subset& unknown, const masked_colors& fill_above) const {
+        buffer<std::uint8_t> marks(levels_[1].pixel_count);
+        unknown.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t) {
+            for (std::int32_t i = first; i < first + count; ++i)
+                if (const std::int32_t above = levels_[0].above[i]; above != no_pixel) marks[above] = 1;
+        });
+        return {pixel_subset::marked(marks), fill_above};
+    }
+
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
     /// Also colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where only a few
     /// links connect a surface to the rest of the image, because these links may be missing on coarser levels. Colors then
     /// spread from colored pixels along links, one link per pass: each pixel reached by a pass becomes the average of its
     /// colored neighbors.
-    masked_colors unknown_colors(const pixel_subset& unknown, const masked_colors& fill_above) {
+    masked_colors unknown_colors(const pixel_subset& unknown, const subset_colors& fill_above) {
         const buffer<std::int32_t> pixels = unknown.pixels();
         const convolution_plan windows = restrict_and_renumber(levels_[0].average, pixels);
         masked_colors once(unknown.size()), twice(unknown.size());
@@ -190,7 +219,7 @@ private:
 
     /// Colors each pixel that has a color neither on this level nor on a coarser one. This includes pixels that the network
     /// does not read. Otherwise, the colors would depend on which pixels the network reads.
-    void run_waves(const masked_colors& fill_above) {
+    void run_waves(const subset_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
             if (known_[p] == 0 && (above[p] == no_pixel || !fill_above.has(above[p]))) alone_.push_back(p);
@@ -229,10 +258,11 @@ private:
     }
 
     /// Returns the color of a pixel before averaging with its neighbors.
-    masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const noexcept {
+    masked_color base_color(std::int32_t pixel, const subset_colors& fill_above) const noexcept {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
-        if (above != no_pixel && fill_above.has(above)) return fill_above[above];
+        if (above != no_pixel)
+            if (const masked_color color = fill_above[above]; color[3] != 0.0F) return color;
         const std::int32_t found = find_alone(pixel);
         return found != no_pixel ? alone_colors_[found] : masked_color{};
     }

@@ -135,9 +135,10 @@ void check_rows(const char* where, const basic_feature_view<Value>& view) {
 /// Copies a row in a loop, because rows are short and a call to memmove() costs more than the copy.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
-    constexpr std::size_t step = 4;
+    constexpr std::size_t step = 16, short_step = 4;
     std::size_t i = 0;
     for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(Value));
+    for (; i + short_step <= count; i += short_step) std::memcpy(to + i, from + i, short_step * sizeof(Value));
     for (; i < count; ++i) to[i] = from[i];
 }
 

@@ -147,7 +147,7 @@ private:
         }
     }
 
-    /// Adds row y, and sets `row` to its pixels.
+    /// Adds row y. Sets `row` to the pixels of the row; in rows between the first and the last, to the new pixels only.
     void add_row(const buffer<line>& lines, std::int32_t y, buffer<std::int32_t>& row) {
         row.clear();
         for (const line& l : lines) {
@@ -156,7 +156,8 @@ private:
             for (std::int32_t k = l.left; k > 0; --k) row.push_back(pixels_.add_new(-k, y, l.first, shown_left_[k - 1]));
             if (l.left > 0) link_strip(l.first, {row.back(), l.left}, -1, left_, left_strips_);
             pixels_.add_old(l.first, l.last);
-            for (std::int32_t i = l.first; i <= l.last; ++i) row.push_back(i);
+            if (y == 0 || y + 1 == graph_.height())
+                for (std::int32_t i = l.first; i <= l.last; ++i) row.push_back(i);
             pixels_.add_piece(l.right);
             for (std::int32_t k = 1; k <= l.right; ++k)
                 row.push_back(pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]));
