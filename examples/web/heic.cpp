@@ -2,6 +2,7 @@
 // WebAssembly; source/heic.js calls it in a separate Worker, which the page starts for HEIC photos only.
 
 #include <ldi/io/photo_depth.hpp>
+#include <ldi/photo3d/options.hpp>
 
 #include <emscripten.h>
 
@@ -25,7 +26,7 @@ extern "C" {
 EMSCRIPTEN_KEEPALIVE int heic_decode(const void* data, std::size_t size, const char* name) {
     try {
         ldi::photo_options options;
-        options.long_side = 1536;  // the size at which the page and, by default, the program convert photos
+        options.long_side = ldi::photo3d_options().long_side;  // the size at which the page converts photos
         loaded = ldi::decode_photo_with_depth({static_cast<const std::byte*>(data), size}, options, name);
         return 1;
     } catch (const std::bad_alloc&) {

@@ -52,6 +52,16 @@ double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift
     return static_cast<double>(holes) / static_cast<double>(pixels);
 }
 
+/// Records whether make_photo3d() called it.
+struct watched_estimator {
+    bool* called;
+    ldi::image<float> disparity(ldi::image_view<const std::uint8_t>, const ldi::progress_listener&, auto&&) const {
+        *called = true;
+        return ldi::image<float>(1, 2, 1);
+    }
+    float quantization_step() const { return 1.0F; }
+};
+
 }  // namespace
 
 TEST_CASE(
@@ -218,6 +228,32 @@ TEST_CASE("invalid options are refused") {
     for (const int rounds : {-1, 0, 65})
         CHECK(ldi::testing::raised([&] { ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{rounds}); }) ==
               ldi::error_code::invalid_option);
+}
+
+TEST_CASE("a photo with more than 65,535 pixels per side is refused before its depth is estimated, unless it is shrunk") {
+    for (const auto& [rows, columns] : {std::pair<std::size_t, std::size_t>{1, 65536}, {65536, 1}}) {
+        const auto photo = ldi::image<std::uint8_t>(rows, columns, 3, std::uint8_t{90});
+        bool called = false;
+        ldi::photo3d_options options;
+        options.long_side = 65536;
+        CHECK(ldi::testing::raised([&] {
+                  ldi::make_photo3d(photo, watched_estimator{&called}, ldi::diffusion_inpainter{}, options);
+              }) == ldi::error_code::too_large);
+        CHECK_FALSE(called);
+        // A photo of 65,535 pixels passes.
+        const auto narrower =
+            ldi::image<std::uint8_t>(std::min<std::size_t>(rows, 65535), std::min<std::size_t>(columns, 65535), 3);
+        ldi::photo3d_options cropped = options;
+        cropped.frame = ldi::photo_frame::crop;
+        CHECK_FALSE(ldi::testing::raised([&] {
+            ldi::make_photo3d(narrower, ldi::given_disparity{ldi::image<float>(1, 1, 1, 0.5F)}, ldi::diffusion_inpainter{},
+                              cropped);
+        }));
+        options.long_side = 64;
+        CHECK_FALSE(ldi::testing::raised([&] {
+            ldi::make_photo3d(photo, ldi::given_disparity{ldi::image<float>(1, 1, 1, 0.5F)}, ldi::diffusion_inpainter{}, options);
+        }));
+    }
 }
 
 TEST_CASE("the smallest photos become 3D photos") {

@@ -6,6 +6,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/base/progress.hpp>
+#include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/depth/decided_depth.hpp>
@@ -23,6 +24,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -53,9 +55,14 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 
 namespace detail {
 
-inline void check_photo(image_view<const std::uint8_t> photo) {
+inline void check_photo(image_view<const std::uint8_t> photo, std::size_t long_side) {
     if (photo.empty() || photo.channels() != 3)
         raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
+    const std::size_t side = std::min<std::size_t>((std::max)(photo.height(), photo.width()), long_side);
+    if (side > std::size_t{max_lattice_side})
+        raise(error_code::too_large, "photo3d_options::long_side",
+              "a photo with at most " + std::to_string(max_lattice_side) + " pixels per side after it is shrunk",
+              std::to_string(side) + " pixels");
 }
 
 }  // namespace detail
@@ -76,15 +83,16 @@ struct cleaned_photo {
 /// estimator  source of the photo's depth; clean_depth() moves the map of a temporary given_disparity instead of copying it
 /// decider    decides whether pixels beside a silhouette belong to the front or the back surface
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
-/// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape, too_large for
+/// a photo with a side above max_lattice_side after it is shrunk to long_side (without the margin of grow_past_frame()), and
+/// invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// passes_before_resampling is not in [0, 64], or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
-    detail::check_photo(photo);
     detail::check(options);
+    detail::check_photo(photo, options.long_side);
     cleaned_photo result;
     progress.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;
