@@ -139,9 +139,9 @@ struct counted_requests {
     static void release(void*, void* block, std::size_t bytes) { ldi::detail::system_memory.release(nullptr, block, bytes); }
 };
 
-/// Layers of a hard_map() of 61 x 2047, with hidden surfaces.
+/// Layers of a hard_map() of 31 x 2047, with hidden surfaces.
 photo_layers layers_of(std::string_view name, std::size_t unit) {
-    const photo_layer lifted = lift_disparity(hard_map(name, 61, 2047, unit));
+    const photo_layer lifted = lift_disparity(hard_map(name, 31, 2047, unit));
     return expand(lifted, {}, find_discontinuity_curves(lifted, {})).layers;
 }
 
@@ -152,7 +152,7 @@ photo_layers layers_of(std::string_view name, std::size_t unit) {
 std::size_t growths_of(const photo_layers& layers, std::int64_t max_area) {
     counted_requests counted{layers.topology().position_count()};
     const memory_scope scope(counted.source);
-    make_charts(layers, {}, {.max_area = max_area * 61 * 2047});
+    make_charts(layers, {}, {.max_area = max_area * 31 * 2047});
     return counted.count;
 }
 

@@ -196,7 +196,7 @@ TEST_CASE("the published network with random damage raises an error or loads") {
     }
     std::mt19937 random(2);
     int refused = 0;
-    for (int i = 0; i < 40; ++i) {
+    for (int i = 0; i < 24; ++i) {
         caffe2_files files = sound;
         octets& file = i % 2 == 0 ? files.network : files.weights;
         for (int edit = 0; edit < 4; ++edit) file[random() % file.size()] = static_cast<std::uint8_t>(random() >> 24);

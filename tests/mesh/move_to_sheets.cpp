@@ -15,6 +15,7 @@
 #include <map>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -52,6 +53,14 @@ full_size_scene make_scene(const std::string& name, std::int32_t width, std::int
     return s;
 }
 
+/// Returns a scene of 120 x 160 pixels. Makes it once for all test cases, because that takes seconds with sanitizers.
+const full_size_scene& scene_of(const std::string& name, std::int32_t sheet_side) {
+    static std::map<std::pair<std::string, std::int32_t>, full_size_scene> made;
+    const auto [place, is_new] = made.try_emplace({name, sheet_side});
+    if (is_new) place->second = make_scene(name, 120, 160, sheet_side);
+    return place->second;
+}
+
 using corner = std::array<float, 3>;
 corner corner_of(const textured_mesh& mesh, std::size_t vertex) {
     return {mesh.positions[3 * vertex], mesh.positions[3 * vertex + 1], mesh.positions[3 * vertex + 2]};
@@ -72,7 +81,7 @@ constexpr const char* names[] = {"t_junction", "rods", "random3"};
 
 TEST_CASE("moving a mesh to sheets preserves all positions and triangles, bit for bit, and makes one part per texture") {
     for (const char* name : names) {
-        const full_size_scene s = make_scene(name, 120, 160, 256);
+        const full_size_scene& s = scene_of(name, 256);
         INFO(name);
         CHECK(s.layout.sizes.size() > 4);  // charts are divided to fit
         CHECK(s.mesh.part_count() == s.layout.sizes.size());
@@ -85,7 +94,7 @@ TEST_CASE("moving a mesh to sheets preserves all positions and triangles, bit fo
 
 TEST_CASE("texture coordinates on a sheet follow from the vertices' positions in the photo") {
     for (const char* name : names) {
-        const full_size_scene s = make_scene(name, 120, 160, 512);
+        const full_size_scene& s = scene_of(name, 512);
         const pinhole_camera& camera = s.made.facts.camera;
         for (std::size_t t = 1; t < s.mesh.part_count(); ++t)
             for (std::size_t v = s.mesh.part(t).first_vertex; v < s.mesh.part(t + 1).first_vertex; ++v) {
@@ -104,7 +113,7 @@ TEST_CASE("texture coordinates on a sheet follow from the vertices' positions in
 TEST_CASE("vertices stay inside the rectangles of their charts on sheets, even if sheets have less padding than the atlas") {
     std::size_t hems = 0;
     for (const char* name : names) {
-        const full_size_scene s = make_scene(name, 120, 160, 512);
+        const full_size_scene& s = scene_of(name, 512);
         hems += s.mesh.hem_vertices.size();
         const sheet_layout thin = lay_out_sheets(s.made.layers, s.made.charts, s.made.atlas, s.photo.height(), s.photo.width(),
                                                  {.max_side = 512, .padding = 1, .margin = s.made.facts.margin});
@@ -125,7 +134,7 @@ TEST_CASE("vertices stay inside the rectangles of their charts on sheets, even i
 
 TEST_CASE("a mesh on sheets has the same coverage and depth as on its atlas, without cracks between sheets") {
     for (const char* name : names) {
-        const full_size_scene s = make_scene(name, 120, 160, 256);
+        const full_size_scene& s = scene_of(name, 256);
         for (const float shift : {-4.0F, 0.0F, 7.0F}) {
             const view from = moved_view(s.made.facts.camera, s.made.facts.range, 1.0F, shift);
             const rendering on_atlas = rasterize(s.made.mesh, s.made.atlas.color, from);
@@ -142,7 +151,7 @@ TEST_CASE(
     "rendered at full size from the photo's viewpoint, a mesh textured from sheets matches the photo better than with its "
     "atlas") {
     for (const char* name : names) {
-        const full_size_scene s = make_scene(name, 120, 160, 1024);
+        const full_size_scene& s = scene_of(name, 1024);
         view from;
         from.camera = s.made.facts.camera;
         from.camera.width *= 4, from.camera.height *= 4, from.camera.focal_length *= 4;

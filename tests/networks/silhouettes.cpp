@@ -75,7 +75,7 @@ void for_each_available(Visit&& visit) {
 TEST_CASE("the silhouette network matches integer arithmetic bit for bit on every instruction set") {
     const named_tensors weights = random_weights(3);
     for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 7}, {19, 1}, {16, 24}, {31, 37}}) {
-        for (std::uint32_t seed = 0; seed < 3; ++seed) {
+        for (std::uint32_t seed = 0; seed < (height * width < 100 ? 3 : 1); ++seed) {
             CAPTURE(height, width, seed);
             const inputs in = random_inputs(height, width, seed);
             const image<float> expected = reference_silhouettes(weights)(in.values, in.marks);

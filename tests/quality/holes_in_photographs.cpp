@@ -49,7 +49,7 @@ TEST_CASE("cameras within the supported motion see no hole in the sample with it
 TEST_CASE("cameras within the supported motion see no hole in photographs") {
     const std::vector<std::filesystem::path> all = ldi_quality::forty_photographs();
     std::vector<std::filesystem::path> photographs;
-    for (std::size_t i = 0; i < all.size(); i += 2) photographs.push_back(all[i]);
+    for (std::size_t i = 0; i < all.size(); i += 5) photographs.push_back(all[i]);
     require_no_holes(photographs);
 }
 

@@ -268,7 +268,7 @@ TEST_CASE("results do not depend on the number of threads") {
 
 TEST_CASE("fused chains of layers, processed in strips or in place, match the separate layers on every instruction set") {
     random_source random{std::mt19937(10)};
-    for (int round = 0; round < 60; ++round) {
+    for (int round = 0; round < 28; ++round) {
         ldi::network_description description =
             round % 4 == 3 ? any_network(random, 12) : network_of_blocks(random, random.size_in(1, 6));
         const image<std::uint8_t> input =
