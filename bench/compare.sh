@@ -10,7 +10,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source scripts/requirements.sh
 
 revision=${1:?the revision to compare with}
-require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "command python3;python3" "command git;git" >&2
+require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "command python3;python3" "command git;git" \
+    "header libexif/exif-data.h;libexif-dev" >&2  # revisions before 2026-11-25 need libexif
 commit=$(git rev-parse --verify "$revision^{commit}")
 other=$PWD/build/compare/$commit
 if [ ! -e "$other/.git" ]; then

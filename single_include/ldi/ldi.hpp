@@ -2568,6 +2568,8 @@ public:
     /// Per fine pixel: its coarse pixel, or no_pixel.
     array_view<const std::int32_t> parent() const& { return parent_; }
     array_view<const std::int32_t> parent() const&& = delete;
+    /// Moves the values of parent() out, for a caller that needs no other part of the map. The map is then empty.
+    buffer<std::int32_t> take_parent() && { return std::move(level_map(std::move(*this)).parent_); }
 
 private:
     friend coarsened detail::coarsen_sound(const graph_view& g, orphan_rule orphans);
@@ -11204,9 +11206,10 @@ void check_rows(const char* where, const basic_feature_view<Value>& view) {
 /// Copies a row in a loop, because rows are short and a call to memmove() costs more than the copy.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
-    constexpr std::size_t step = 4;
+    constexpr std::size_t step = 16, short_step = 4;
     std::size_t i = 0;
     for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(Value));
+    for (; i + short_step <= count; i += short_step) std::memcpy(to + i, from + i, short_step * sizeof(Value));
     for (; i < count; ++i) to[i] = from[i];
 }
 
@@ -12197,7 +12200,11 @@ public:
     std::int32_t row_of(std::int32_t pixel) const noexcept {
         LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < pixel_count_);
         const block& here = blocks_[static_cast<std::size_t>(pixel) / block_size];
-        const std::uint64_t bit = std::uint64_t{1} << (static_cast<std::size_t>(pixel) % block_size);
+        const std::size_t i = static_cast<std::size_t>(pixel) % block_size;
+        // Most blocks of the pixels that a network reads are complete. Without an instruction for it, popcount is a function
+        // call.
+        if (here.bits == ~std::uint64_t{0}) return here.first_row + static_cast<std::int32_t>(i);
+        const std::uint64_t bit = std::uint64_t{1} << i;
         return (here.bits & bit) == 0 ? no_pixel : here.first_row + std::popcount(here.bits & (bit - 1));
     }
     /// Calls see(first, count, row) for each run of consecutive pixels, in ascending order. `row` is the row of pixel `first`.
@@ -13975,13 +13982,19 @@ struct farbrausch_input<float> {
 
 template <>
 struct farbrausch_input<std::uint8_t> {
-    quantization values;
+    farbrausch_input() = default;
+    explicit farbrausch_input(const quantization& values)
+        : zero_point_(values.zero_point), steps_per_unit_(1.0F / values.scale), rounded_zero_(values.zero_point + 0.5F) {}
 
-    std::uint8_t zero() const { return values.zero_point; }
+    std::uint8_t zero() const { return zero_point_; }
     std::uint8_t operator()(float value) const {
-        const float steps = value * (1.0F / values.scale) + (values.zero_point + 0.5F);
+        const float steps = value * steps_per_unit_ + rounded_zero_;
         return static_cast<std::uint8_t>(std::clamp(steps, 0.0F, 255.0F));
     }
+
+private:
+    std::uint8_t zero_point_ = 0;
+    float steps_per_unit_ = 1.0F, rounded_zero_ = 0.5F;
 };
 
 /// One encoder and one decoder convolution per level.
@@ -14010,7 +14023,7 @@ public:
             return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,
                                          l.result.empty() ? quantization{} : range(l.result));
         });
-        result.input = {range("input")};
+        result.input = farbrausch_input<std::uint8_t>(range("input"));
         return result;
     }
 
@@ -14129,11 +14142,11 @@ inline buffer<std::int32_t> parents_of_read(const farbrausch_level& level, const
 /// Plans a level's convolutions between this level and the next coarser one.
 ///
 /// encode  set to the plan of the encoder's convolution, unless its kernel is 3 x 3: then level.average_coarse is this plan
-inline void plan_transition(convolution_planner& planner, const level_map& map, std::int32_t kernel, farbrausch_level& level,
+inline void plan_transition(convolution_planner& planner, level_map map, std::int32_t kernel, farbrausch_level& level,
                             convolution_plan& encode) {
     level.average_coarse = planner.plan(3, map);
     if (kernel != 3) encode = planner.plan(kernel, map);
-    level.above = map.parent().copy();
+    level.above = std::move(map).take_parent();
 }
 
 /// Plans all levels, from the finest to the coarsest.
@@ -14153,8 +14166,8 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
     run_both(
         threads, [&] { levels[0].average = planner.emplace(finest).plan(3); }, [&] { second = coarsen(finest); });
     const auto finish_finest = [&] {
-        plan_transition(*planner, second.map, kernels[0], levels[0], encode[0]);
-        planner.reset(), second.map = {};
+        plan_transition(*planner, std::move(second.map), kernels[0], levels[0], encode[0]);
+        planner.reset();
     };
     const auto plan_others = [&] {
         graph coarse = std::move(second.topology);
@@ -14164,7 +14177,7 @@ buffer<farbrausch_level> plan_farbrausch(const Graph& finest, std::span<const st
             levels[i].average = plans.plan(3);
             if (i == depth) break;
             coarsened next = coarsen(coarse);
-            plan_transition(plans, next.map, kernels[i], levels[i], encode[i]);
+            plan_transition(plans, std::move(next.map), kernels[i], levels[i], encode[i]);
             coarse = std::move(next.topology);
         }
     };
@@ -14344,6 +14357,22 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// The colors of a subset of a level's pixels.
+class subset_colors {
+public:
+    subset_colors(pixel_subset pixels, const masked_colors& all) : pixels_(std::move(pixels)), colors_(pixels_.size()) {
+        pixels_.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t row) {
+            for (std::int32_t i = 0; i < count; ++i) colors_.set(row + i, all[first + i]);
+        });
+    }
+    masked_color operator[](std::int32_t pixel) const noexcept { return colors_[pixels_.row_of(pixel)]; }
+    bool has(std::int32_t pixel) const noexcept { return colors_.has(pixels_.row_of(pixel)); }
+
+private:
+    pixel_subset pixels_;
+    masked_colors colors_;
+};
+
 /// The network's input, and the fill that the network corrects.
 template <class Value>
 struct smooth_fills {
@@ -14454,10 +14483,11 @@ private:
     /// Computes level 0 at the pixels that the network reads.
     template <class Convert>
     auto finest(masked_colors fill_above, const masked_colors& tone_above, const Convert& convert) {
-        const farbrausch_level& level = levels_[0];
+        farbrausch_level& level = levels_[0];
         const pixel_subset unknown = pixel_subset::where(known_.size(), [&](std::int32_t pixel) { return known_[pixel] == 0; });
-        const masked_colors unknown_color = unknown_colors(unknown, fill_above);
+        const subset_colors above_unknown = colors_above(unknown, fill_above);
         fill_above = {};
+        const masked_colors unknown_color = unknown_colors(unknown, above_unknown);
         const auto color = [&](std::int32_t pixel) noexcept {
             if (known_[pixel] != 0) return photo(pixel);
             const std::int32_t i = unknown.row_of(pixel);
@@ -14471,9 +14501,11 @@ private:
                 for (std::size_t c = 0; c < 3; ++c) result.fill[3 * static_cast<std::size_t>(row + i) + c] = at[c];
             }
         });
+        const convolution_plan read_windows = restrict_to(level.average, level.read);
+        level.average = {};
         result.input.resize(lanes::wide * level.read.size(), unset);
         average_windows(
-            restrict_to(level.average, level.read), threads_,
+            read_windows, threads_,
             [&](std::int32_t p) noexcept { return above_or(tone_above, level.above, p, [&]() noexcept { return photo(p); }); },
             [&](std::int32_t pixel, masked_color tone) noexcept {
                 const masked_color here = color(pixel);
@@ -14485,13 +14517,23 @@ private:
         return result;
     }
 
+    /// Returns the colors of the parents of unknown pixels, which are a small part of the level's colors.
+    subset_colors colors_above(const pixel_subset& unknown, const masked_colors& fill_above) const {
+        buffer<std::uint8_t> marks(levels_[1].pixel_count);
+        unknown.for_each_run([&](std::int32_t first, std::int32_t count, std::int32_t) {
+            for (std::int32_t i = first; i < first + count; ++i)
+                if (const std::int32_t above = levels_[0].above[i]; above != no_pixel) marks[above] = 1;
+        });
+        return {pixel_subset::marked(marks), fill_above};
+    }
+
     /// Returns the colors of all unknown pixels, averaged with their neighbors twice.
     ///
     /// Also colors the pixels that have a color neither on this level nor on a coarser one. Such pixels exist where only a few
     /// links connect a surface to the rest of the image, because these links may be missing on coarser levels. Colors then
     /// spread from colored pixels along links, one link per pass: each pixel reached by a pass becomes the average of its
     /// colored neighbors.
-    masked_colors unknown_colors(const pixel_subset& unknown, const masked_colors& fill_above) {
+    masked_colors unknown_colors(const pixel_subset& unknown, const subset_colors& fill_above) {
         const buffer<std::int32_t> pixels = unknown.pixels();
         const convolution_plan windows = restrict_and_renumber(levels_[0].average, pixels);
         masked_colors once(unknown.size()), twice(unknown.size());
@@ -14511,7 +14553,7 @@ private:
 
     /// Colors each pixel that has a color neither on this level nor on a coarser one. This includes pixels that the network
     /// does not read. Otherwise, the colors would depend on which pixels the network reads.
-    void run_waves(const masked_colors& fill_above) {
+    void run_waves(const subset_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
             if (known_[p] == 0 && (above[p] == no_pixel || !fill_above.has(above[p]))) alone_.push_back(p);
@@ -14550,10 +14592,11 @@ private:
     }
 
     /// Returns the color of a pixel before averaging with its neighbors.
-    masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const noexcept {
+    masked_color base_color(std::int32_t pixel, const subset_colors& fill_above) const noexcept {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
-        if (above != no_pixel && fill_above.has(above)) return fill_above[above];
+        if (above != no_pixel)
+            if (const masked_color color = fill_above[above]; color[3] != 0.0F) return color;
         const std::int32_t found = find_alone(pixel);
         return found != no_pixel ? alone_colors_[found] : masked_color{};
     }
@@ -19154,7 +19197,7 @@ private:
         }
     }
 
-    /// Adds row y, and sets `row` to its pixels.
+    /// Adds row y. Sets `row` to the pixels of the row; in rows between the first and the last, to the new pixels only.
     void add_row(const buffer<line>& lines, std::int32_t y, buffer<std::int32_t>& row) {
         row.clear();
         for (const line& l : lines) {
@@ -19163,7 +19206,8 @@ private:
             for (std::int32_t k = l.left; k > 0; --k) row.push_back(pixels_.add_new(-k, y, l.first, shown_left_[k - 1]));
             if (l.left > 0) link_strip(l.first, {row.back(), l.left}, -1, left_, left_strips_);
             pixels_.add_old(l.first, l.last);
-            for (std::int32_t i = l.first; i <= l.last; ++i) row.push_back(i);
+            if (y == 0 || y + 1 == graph_.height())
+                for (std::int32_t i = l.first; i <= l.last; ++i) row.push_back(i);
             pixels_.add_piece(l.right);
             for (std::int32_t k = 1; k <= l.right; ++k)
                 row.push_back(pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]));
@@ -23039,15 +23083,31 @@ inline plane_vector outward_normal(const outline_corner& from, const outline_cor
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Lists the pixels at each lattice position. Most positions have one pixel; only the others need a list.
+/// Finds the pixels at a lattice position. Each row is divided into blocks of positions, and each block lists the runs of pixels
+/// that overlap it. An entry takes 8 bytes; runs of photographs are long, so that most blocks have one entry. A lookup visits all
+/// runs of a block, at most `block_size` per surface.
 class pixel_stacks {
 public:
     /// disparity  K values, one per pixel of `g`
     pixel_stacks(const graph_view& g, array_view<const float> disparity)
-        : width_(g.width()), height_(g.height()), disparity_(disparity), slots_(g.position_count(), no_pixel) {
-        if (g.size() > g.position_count())
-            entries_.reserve(2 * (g.size() - g.position_count()));  // enough unless positions are empty
-        for (std::int32_t i = 0; i < g.count(); ++i) add(i, slots_[g.position_of(i)]);
+        : width_(g.width()),
+          height_(g.height()),
+          blocks_per_row_((std::ptrdiff_t{g.width()} + block_size - 1) / block_size),
+          disparity_(disparity),
+          first_run_(static_cast<std::size_t>(blocks_per_row_ * g.height()) + 1) {
+        const auto for_each_block = [&](auto&& see) {
+            for_each_run(g, [&](pixel_run r) {
+                const std::int32_t begin = g.x()[r.first], end = begin + r.size();
+                const std::ptrdiff_t row = g.y()[r.first] * blocks_per_row_;
+                for (std::ptrdiff_t b = row + begin / block_size; b <= row + (end - 1) / block_size; ++b)
+                    see(b, placed_run{r.first, static_cast<lattice_coordinate>(begin), static_cast<lattice_coordinate>(end)});
+            });
+        };
+        for_each_block([&](std::ptrdiff_t b, const placed_run&) { ++first_run_[b]; });
+        std::int32_t count = 0;
+        for (std::int32_t& first : first_run_) first = count += first;  // for now, the end of each block's runs
+        runs_.resize(static_cast<std::size_t>(count), unset);
+        for_each_block([&](std::ptrdiff_t b, const placed_run& run) { runs_[--first_run_[b]] = run; });
     }
 
     float disparity(std::int32_t pixel) const { return disparity_[pixel]; }
@@ -23055,58 +23115,47 @@ public:
     /// Returns the nearest pixel at a position, which is the one that the photo's camera sees. Returns no_pixel if there is none,
     /// and outside the lattice.
     std::int32_t nearest(std::int32_t x, std::int32_t y) const {
-        const std::int32_t slot = slot_at(x, y);
-        return is_list(slot) ? entries_[first_entry(slot)].pixel : slot;
+        std::int32_t best = no_pixel;
+        find(x, y, [&](std::int32_t pixel) {
+            if (best == no_pixel || disparity_[pixel] > disparity_[best] ||
+                (disparity_[pixel] == disparity_[best] && pixel < best))
+                best = pixel;
+        });
+        return best;
     }
 
     /// Calls `visit(pixel)` for each pixel at a position, the nearest first, the others in no particular order. There are no
     /// pixels outside the lattice.
     template <class Visit>
     void for_each(std::int32_t x, std::int32_t y, Visit&& visit) const {
-        const std::int32_t slot = slot_at(x, y);
-        if (!is_list(slot)) {
-            if (slot != no_pixel) visit(slot);
-            return;
-        }
-        for (std::int32_t e = first_entry(slot); e != no_entry; e = entries_[e].next) visit(entries_[e].pixel);
+        const std::int32_t first = nearest(x, y);
+        if (first == no_pixel) return;
+        visit(first);
+        find(x, y, [&](std::int32_t pixel) {
+            if (pixel != first) visit(pixel);
+        });
     }
 
 private:
-    struct entry {
-        std::int32_t pixel, next;  // index of the next entry of the same position, or no_entry
+    static constexpr std::int32_t block_size = 8;
+    struct placed_run {
+        std::int32_t first;             // its first pixel
+        lattice_coordinate begin, end;  // its columns
     };
-    static constexpr std::int32_t no_entry = -1;
 
-    // The slot of a position is its only pixel, or no_pixel, or less than no_pixel if it has several pixels.
-    static bool is_list(std::int32_t slot) { return slot < no_pixel; }
-    static std::int32_t first_entry(std::int32_t slot) { return no_pixel - 1 - slot; }
-    static std::int32_t list_from(std::int32_t entry) { return no_pixel - 1 - entry; }
-
-    std::int32_t slot_at(std::int32_t x, std::int32_t y) const {
-        const bool is_inside = x >= 0 && y >= 0 && x < width_ && y < height_;
-        return is_inside ? slots_[std::ptrdiff_t{y} * width_ + x] : no_pixel;
-    }
-
-    void add(std::int32_t pixel, std::int32_t& slot) {
-        if (slot == no_pixel) {
-            slot = pixel;
-            return;
-        }
-        if (!is_list(slot)) {
-            entries_.push_back({slot, no_entry});
-            slot = list_from(entries_.count() - 1);
-        }
-        const std::int32_t first = first_entry(slot);
-        if (disparity_[pixel] > disparity_[entries_[first].pixel]) std::swap(pixel, entries_[first].pixel);
-        const std::int32_t next = entries_[first].next;
-        entries_.push_back({pixel, next});
-        entries_[first].next = entries_.count() - 1;
+    template <class Visit>
+    void find(std::int32_t x, std::int32_t y, Visit&& visit) const {
+        if (x < 0 || y < 0 || x >= width_ || y >= height_) return;
+        const std::ptrdiff_t block = y * blocks_per_row_ + x / block_size;
+        for (std::int32_t i = first_run_[block]; i < first_run_[block + 1]; ++i)
+            if (const placed_run& run = runs_[i]; x >= run.begin && x < run.end) visit(run.first + x - run.begin);
     }
 
     std::int32_t width_, height_;
+    std::ptrdiff_t blocks_per_row_;
     array_view<const float> disparity_;
-    buffer<std::int32_t> slots_;
-    buffer<entry> entries_;
+    buffer<std::int32_t> first_run_;  // per block, row by row: index of its first run in runs_; last: number of runs
+    buffer<placed_run> runs_;
 };
 
 }}}  // namespace ldi::detail
@@ -25505,9 +25554,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// invalid_data for disparities that are not finite; and too_large for a chart with a bounding box above max_chart_box.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and
-/// charts with many edges across one scanline. The function allocates about 30 bytes per pixel, and up to 100 if most surfaces
-/// are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, charts
+/// with many edges across one scanline, and more than a few surfaces per position. The function allocates 2 to 30 bytes per
+/// pixel, and up to 800 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
@@ -26514,22 +26563,26 @@ struct sample_band {
     ///
     /// n  samples per pixel and axis
     void resolve(std::int64_t n, rendering& result) const {
-        for (std::int64_t y = first_row / n; y < last_row / n; ++y)
-            for (std::int64_t x = 0; x < width / n; ++x) {
-                std::array<std::int64_t, 3> sum{};
-                std::int64_t covered = 0;
+        const std::int64_t first = first_row / n, last = last_row / n, across = width / n;
+        const std::uint32_t samples = static_cast<std::uint32_t>(n * n);
+        const auto mean = [samples](std::uint32_t sum) {
+            return static_cast<std::uint8_t>(samples == 1 ? sum : (sum + samples / 2) / samples);  // a division takes longer
+        };
+        for (std::int64_t y = first; y < last; ++y)
+            for (std::int64_t x = 0; x < across; ++x) {
+                std::array<std::uint32_t, 3> sum{};
+                std::uint32_t covered = 0;
                 float nearest = 0;
                 for (std::int64_t j = 0; j < n; ++j)
                     for (std::int64_t i = 0; i < n; ++i) {
                         const std::int64_t sample = (y * n - first_row + j) * width + x * n + i;
                         for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
-                        covered += inverse_depth[sample] > 0 ? 1 : 0;
+                        covered += inverse_depth[sample] > 0 ? 1U : 0U;
                         nearest = (std::max)(nearest, inverse_depth[sample]);
                     }
-                for (std::size_t c = 0; c < 3; ++c)
-                    result.color(y, x, c) = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                for (std::size_t c = 0; c < 3; ++c) result.color(y, x, c) = mean(sum[c]);
                 result.depth(y, x) = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
-                result.coverage(y, x) = static_cast<std::uint8_t>(255 * covered / (n * n));
+                result.coverage(y, x) = static_cast<std::uint8_t>(covered == samples ? 255U : 255 * covered / samples);
             }
     }
 };
@@ -29212,9 +29265,14 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 
 namespace detail {
 
-inline void check_photo(image_view<const std::uint8_t> photo) {
+inline void check_photo(image_view<const std::uint8_t> photo, std::size_t long_side) {
     if (photo.empty() || photo.channels() != 3)
         raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
+    const std::size_t side = std::min<std::size_t>((std::max)(photo.height(), photo.width()), long_side);
+    if (side > std::size_t{max_lattice_side})
+        raise(error_code::too_large, "photo3d_options::long_side",
+              "a photo with at most " + std::to_string(max_lattice_side) + " pixels per side after it is shrunk",
+              std::to_string(side) + " pixels");
 }
 
 }  // namespace detail
@@ -29235,15 +29293,16 @@ struct cleaned_photo {
 /// estimator  source of the photo's depth; clean_depth() moves the map of a temporary given_disparity instead of copying it
 /// decider    decides whether pixels beside a silhouette belong to the front or the back surface
 ///
-/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape.
-/// Raises invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
+/// Raises the errors of the stages. Before it estimates depth, raises invalid_data for a photo of any other shape, too_large for
+/// a photo with a side above max_lattice_side after it is shrunk to long_side (without the margin of grow_past_frame()), and
+/// invalid_option if long_side is 0, the focal length is not in [1, 1e5], max_sample_size is not in [1, 16],
 /// passes_before_resampling is not in [0, 64], or the surface rule's step is not in [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, Estimator&& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
-    detail::check_photo(photo);
     detail::check(options);
+    detail::check_photo(photo, options.long_side);
     cleaned_photo result;
     progress.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;
