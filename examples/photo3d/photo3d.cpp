@@ -143,11 +143,14 @@ void run(const arguments& a, output_files& files) {
     clock.begin("reading files");
     const std::vector<std::byte> photo = read_input(names.photo);
     const map_content map = read_map(names, [](const std::filesystem::path& file) { return read_input(file); });
-    decoding_cost(photo, names.depth.empty() ? std::span<const std::byte>() : map.bytes, a, name_of_input(names.photo),
-                  name_of_input(names.depth));  // reports invalid headers before networks are loaded
+    const decoding_cost cost(photo, names.depth.empty() ? std::span<const std::byte>() : map.bytes, a, name_of_input(names.photo),
+                             name_of_input(names.depth));  // reports invalid headers before networks are loaded
+    ldi::thread_pool threads(a.threads);
+    std::optional<pages_ahead> pages;
+    if (threads.concurrency() > 1)  // photographs need at least 0.37 of this upper bound
+        pages.emplace(memory_for(cost, photo.size() + map.bytes.size(), a) / 3);
     const networks loaded = load_networks(a, clock);
     clock.begin("reading photo");
-    ldi::thread_pool threads(a.threads);
     ldi::photo_with_depth input = decode_input(a, names, photo, map, loaded, threads);
     if (!input.depth) {
         clock.begin("reading depth network");

@@ -4,6 +4,7 @@
 #include "messages.hpp"
 #include "system.hpp"
 
+#include <ldi/core/runs.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <nlohmann/json.hpp>
@@ -92,20 +93,28 @@ private:
 
 /// Maximum number of pixels at one position.
 inline std::size_t layer_count(const graph_view& g) {
-    buffer<std::uint16_t> count(g.position_count(), 0);  // 16 bits, because there may be up to 1000 surfaces at one position
-    for (std::int32_t i = 0; i < g.count(); ++i) ++count[g.position_of(i)];
-    return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
+    // Per position, how many more runs begin than end there. 16 bits, because there may be up to 1000 surfaces at one position.
+    buffer<std::int16_t> begins(g.position_count() + 1);
+    for_each_run(g, [&](pixel_run r) {
+        const std::size_t first = g.position_of(r.first);
+        ++begins[first], --begins[first + static_cast<std::size_t>(r.size())];
+    });
+    std::int32_t here = 0, most = 0;
+    for (const std::int16_t more : begins) most = std::max(most, here += more);
+    return static_cast<std::size_t>(most);
 }
 
 /// Counts the pixels outside the photo.
 inline std::size_t pixels_past_frame(const photo3d& result) {
     const graph& g = result.layers.topology();
     const std::int32_t margin = result.facts.margin;
-    const auto is_outside = [&](std::int32_t i) {
-        return std::min(g.x()[i], g.y()[i]) < margin || g.x()[i] >= g.width() - margin || g.y()[i] >= g.height() - margin;
-    };
     std::size_t count = 0;
-    for (std::int32_t i = 0; margin > 0 && i < g.count(); ++i) count += is_outside(i) ? 1U : 0U;
+    for_each_run(g, [&](pixel_run r) {
+        const std::int32_t x = g.x()[r.first], y = g.y()[r.first];
+        const bool is_in_photo_row = y >= margin && y < g.height() - margin;
+        const std::int32_t inside = std::min(x + r.size(), g.width() - margin) - std::max<std::int32_t>(x, margin);
+        count += static_cast<std::size_t>(r.size() - (is_in_photo_row ? std::max(inside, 0) : 0));
+    });
     return count;
 }
 

@@ -1461,10 +1461,45 @@ inline bool operator==(const graph& a, const graph& b) { return graph_view(a) ==
 
 }}  // namespace ldi
 
+// ---- ldi/base/printable.hpp
+// Text for error messages: formats numbers and image sizes, and sanitizes names read from files.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Shortens a name that was read from a file, and replaces unprintable characters.
+inline std::string printable(std::string_view name) {
+    if (name.empty()) return "an empty name";
+    constexpr std::size_t max_length = 80;
+    std::string result(name.substr(0, max_length));
+    for (char& c : result)
+        if (c < ' ' || c > '~') c = '?';
+    return result + (name.size() > max_length ? "..." : "");
+}
+
+/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
+inline std::string to_text(double value) {
+    if (std::isnan(value)) return "nan";
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.7g", value);
+    return digits;
+}
+
+/// Formats the size of an image or view: "480 x 640 x 3".
+inline std::string shape_text(const auto& picture) {
+    return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
+           std::to_string(picture.channels());
+}
+
+/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
+inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/core/validate.hpp
 // Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() raises an error if
 // there is a violation. Call validate() to check a graph_view of your own memory.
 
+#include <limits>
 #include <optional>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -1539,6 +1574,17 @@ inline void check_topology(const graph_view& g, std::string_view where) {
 }
 /// Checks nothing, because the invariants of a graph always hold.
 inline void check_topology(const graph&, std::string_view) {}
+
+/// Raises invalid_data, with the first wrong value, if a disparity is not finite. Linear time.
+///
+/// where  name of the function that requires finite disparities
+inline void check_disparities(array_view<const float> disparity, const char* where) {
+    bool are_finite = true;  // vectorized, because several stages check all pixels
+    for (const float d : disparity) are_finite &= std::abs(d) <= (std::numeric_limits<float>::max)();
+    if (are_finite) return;
+    const auto wrong = std::find_if_not(disparity.begin(), disparity.end(), [](float d) { return std::isfinite(d); });
+    raise(error_code::invalid_data, where, "finite disparities", detail::to_text(*wrong));
+}
 
 }}  // namespace ldi
 
@@ -2596,13 +2642,28 @@ struct pixel_run {
     std::int32_t size() const { return last - first; }
 };
 
+/// Returns the last pixel of the run that `first` belongs to, but at most `limit`.
+///
+/// right  right neighbor of each pixel, up to that of `limit`
+/// first  0 to `limit`
+inline std::int32_t last_of_run(const std::int32_t* right, std::int32_t first, std::int32_t limit) {
+    constexpr std::int32_t block = 16;
+    std::int32_t last = first;
+    for (; limit - last >= block; last += block) {
+        std::int32_t difference = 0;  // vectorized, because runs are long
+        for (std::int32_t k = 0; k < block; ++k) difference |= right[last + k] ^ (last + k + 1);
+        if (difference != 0) break;
+    }
+    while (last < limit && right[last] == last + 1) ++last;
+    return last;
+}
+
 /// Calls `visit(pixel_run)` for the maximal runs, which together contain every pixel once, in order.
 template <class Visit>
 void for_each_run(const graph_view& g, Visit&& visit) {
     const std::int32_t count = g.count();
     for (std::int32_t first = 0, last; first < count; first = last) {
-        last = first + 1;
-        while (last < count && g.right()[last - 1] == last) ++last;
+        last = last_of_run(g.right().data(), first, count - 1) + 1;
         visit(pixel_run{first, last});
     }
 }
@@ -4641,8 +4702,6 @@ void append_panels(buffer<Stored>& packed, const weight_shape& shape, const pane
 
 // ---- ldi/kernels/detail/conv_weights.hpp
 // Arguments of kernels/conv_f32.hpp and kernels/conv_u8.hpp for one panel of outputs, on all instruction sets.
-
-#include <limits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -10620,40 +10679,6 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 }
 
 }}  // namespace ldi
-
-// ---- ldi/base/printable.hpp
-// Text for error messages: formats numbers and image sizes, and sanitizes names read from files.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Shortens a name that was read from a file, and replaces unprintable characters.
-inline std::string printable(std::string_view name) {
-    if (name.empty()) return "an empty name";
-    constexpr std::size_t max_length = 80;
-    std::string result(name.substr(0, max_length));
-    for (char& c : result)
-        if (c < ' ' || c > '~') c = '?';
-    return result + (name.size() > max_length ? "..." : "");
-}
-
-/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
-inline std::string to_text(double value) {
-    if (std::isnan(value)) return "nan";
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.7g", value);
-    return digits;
-}
-
-/// Formats the size of an image or view: "480 x 640 x 3".
-inline std::string shape_text(const auto& picture) {
-    return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
-           std::to_string(picture.channels());
-}
-
-/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
-inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
-
-}}}  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/detail/regular_pixels.hpp
 // Finds the pixels of a graph whose k x k window is like that of an image: k rows, each of k pixels that are adjacent in
@@ -17406,6 +17431,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
               detail::to_text(options.spatial_sigma) + " and " + detail::to_text(options.color_sigma));
+    if (rows == photo.height() && columns == photo.width()) return image<float>(disparity);
     if (rows >= photo.height() && columns >= photo.width()) return nearest_samples(disparity, photo);
     image<float> result(photo.height(), photo.width(), 1, unset);
     const upsampler upsample(disparity, photo, surface, options);
@@ -18228,18 +18254,20 @@ private:
         };
         buffer<grown_piece> pieces;
         buffer<std::int32_t> starts;
+        buffer<std::int32_t> last_in_row(static_cast<std::size_t>(base_.width()));  // set for the first of adjacent base pixels
         for (std::int32_t row = 0; row < base_.height(); ++row) {
             starts.clear();
             const std::int32_t first = row * base_.width();
-            for (std::int32_t i = first; i < first + base_.width(); ++i)
+            for (std::int32_t i = first, last; i < first + base_.width(); i = last + 1) {
+                last = last_in_row[i - first] = last_of_run(base_.right().data(), i, first + base_.width() - 1);
                 if (base_.left()[i] == no_pixel) starts.push_back(i);
+            }
             const bool mixed = hidden_start[row] != hidden_start[row + 1];
             starts.insert(starts.end(), hidden_starts.begin() + hidden_start[row], hidden_starts.begin() + hidden_start[row + 1]);
             if (mixed) std::sort(starts.begin(), starts.end(), before);
             for (std::int32_t start : starts)
                 for (std::int32_t i = start; i != no_pixel;) {
-                    std::int32_t last = i;
-                    while (is_base(i) && base_.right()[last] == last + 1 && last + 1 < base_count_) ++last;
+                    const std::int32_t last = is_base(i) ? last_in_row[i - first] : i;
                     pieces.push_back({is_base(i) ? i : hidden_index(i), last - i + 1, !is_base(i)});
                     i = neighbor(last, side::right);
                 }
@@ -19412,13 +19440,22 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
               std::to_string(columns) + " x " + std::to_string(rows) + " pixels for a photo of " +
                   std::to_string(facts.camera.width) + " x " + std::to_string(facts.camera.height) + " with a margin of " +
                   std::to_string(facts.margin));
-    for (const float d : layers.template column<disparity_column>())
-        if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
+    check_disparities(layers.template column<disparity_column>(), "grow_past_frame");
     const graph& in = layers.topology();
-    for (std::int32_t i = 0; i < in.count(); ++i)
-        if ((i > 0 && in.y()[i] < in.y()[i - 1]) || (in.right()[i] != no_pixel && in.right()[i] != i + 1))
-            raise(error_code::mismatch, "grow_past_frame", "layers in canonical order",
-                  "pixel " + std::to_string(i) + " out of order");
+    const auto is_ordered = [&](std::int32_t first, std::int32_t last) {
+        const lattice_coordinate* const y = in.y().data();
+        const std::int32_t* const right = in.right().data();
+        bool is_in_order = true;  // vectorized, because this runs over all pixels
+        for (std::int32_t i = (std::max)(first, 1); i < last; ++i) is_in_order &= y[i - 1] <= y[i];
+        for (std::int32_t i = first; i < last; ++i) is_in_order &= (right[i] == no_pixel) | (right[i] == i + 1);
+        return is_in_order;
+    };
+    if (!is_ordered(0, in.count())) {
+        std::int32_t pixel = 0;
+        while (is_ordered(pixel, pixel + 1)) ++pixel;
+        raise(error_code::mismatch, "grow_past_frame", "layers in canonical order",
+              "pixel " + std::to_string(pixel) + " out of order");
+    }
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
     // Inside grow() the layers are empty, but these views are valid.
@@ -21137,11 +21174,16 @@ inline buffer<std::uint8_t> contested_positions(const graph_view& g, std::int32_
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
     const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
+    const auto has_all_links = [&](std::int32_t i) {
+        return (g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0;  // negative if any link is no_pixel
+    };
+    for_each_run(g, [&](pixel_run r) {
+        std::uint8_t* const row = row_of(g.y()[r.first]) + g.x()[r.first];
+        for (std::int32_t k = 0; k < r.size(); ++k) row[k] |= (row[k] & taken) == 0 ? taken : contested;
+    });
     for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (has_all_links(i)) continue;
         const std::int32_t x = g.x()[i], y = g.y()[i];
-        std::uint8_t& here = row_of(y)[x];
-        here |= (here & taken) == 0 ? taken : contested;
-        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if any link is no_pixel
         const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
                           (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
         if (!ends) continue;
@@ -21500,8 +21542,7 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
     check_topology(layers.topology(), "make_charts");
-    for (const float d : layers.template column<disparity_column>())
-        if (!std::isfinite(d)) raise(error_code::invalid_data, "make_charts", "finite disparities", detail::to_text(d));
+    check_disparities(layers.template column<disparity_column>(), "make_charts");
     constexpr std::int32_t min_side = 64;
     const graph_view& g = layers.topology();
     if (g.position_count() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
@@ -23730,11 +23771,6 @@ inline void check_range(const depth_range& range, const char* where) {
               to_text(range.z_near) + " and " + to_text(range.z_far));
 }
 
-inline void check_disparities(array_view<const float> disparity, const char* where) {
-    for (const float d : disparity)
-        if (!std::isfinite(d)) raise(error_code::invalid_data, where, "finite disparities", to_text(d));
-}
-
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/stud_lines.hpp
@@ -24858,7 +24894,7 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     check_topology(layers.topology(), "build_mesh");
     const array_view<const float> disparity = layers.template column<disparity_column>();
     detail::check_range(range, "depth_range");
-    detail::check_disparities(disparity, "build_mesh");
+    check_disparities(disparity, "build_mesh");
     flat_mesh flat;
     flat.outlines = detail::outlines_of_sound(layers.topology(), disparity, charts);
     flat.studs = detail::place_studs(layers.topology(), disparity, range, charts, flat.outlines, options.studs);
@@ -25832,7 +25868,7 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
     check_topology(layers.topology(), "make_studs");
     check_charts(charts, g, "make_studs");
     detail::check_range(range, "make_studs");
-    detail::check_disparities(disparity, "make_studs");
+    check_disparities(disparity, "make_studs");
     if (outlines.boundary_sides != detail::mark_boundary_sides(g, charts.chart_of) ||
         outlines.boundary_pixels != detail::pixels_with_boundary(outlines.boundary_sides))
         raise(error_code::mismatch, "make_studs", "outlines of these charts", "outlines of other charts");

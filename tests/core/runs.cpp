@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <random>
 
 using namespace ldi;
@@ -32,4 +33,13 @@ TEST_CASE("every row of an image is one run, and an empty graph has no runs") {
     const graph grid = make_grid(7, 3), empty;
     CHECK(runs_of(grid).size() == 3);
     CHECK(runs_of(empty).empty());
+}
+
+TEST_CASE("the last pixel of a run is found from each of its pixels, and up to any limit") {
+    for (const std::int32_t width : {1, 15, 16, 17, 33, 100}) {
+        const graph grid = make_grid(width, 2);
+        for (std::int32_t first = 0; first < 2 * width; ++first)
+            for (std::int32_t limit = first; limit < 2 * width; ++limit)
+                REQUIRE(last_of_run(grid.right().data(), first, limit) == std::min(limit, first / width * width + width - 1));
+    }
 }

@@ -2,11 +2,13 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/validate.hpp>
 
+#include "tests/support/errors.hpp"
 #include "tests/support/random_graph.hpp"
 
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <limits>
 
 using namespace ldi;
 
@@ -161,4 +163,17 @@ TEST_CASE("a disparity that is NaN or outside -1 to 1 is detected") {
     CHECK(validate(layers)->broken == invariant::disparity_in_range);
     layers.column<disparity_column>()[5] = 1.0F;
     CHECK_FALSE(validate(layers));
+}
+
+TEST_CASE("disparities that are not finite are refused, wherever they are") {
+    buffer<float> disparity(40, 0.5F);
+    check_disparities(disparity, "test");
+    for (std::size_t i = 0; i < disparity.size(); ++i)
+        for (const float wrong : {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+                                  std::numeric_limits<float>::quiet_NaN()}) {
+            disparity[i] = wrong;
+            CHECK(testing::raised([&] { check_disparities(disparity, "test"); }) == error_code::invalid_data);
+            disparity[i] = std::numeric_limits<float>::max();
+            check_disparities(disparity, "test");
+        }
 }

@@ -20,7 +20,7 @@ EXCEPTIONS = {
         find_instruction_set find_kernel is_available best_isa max_chart_side reach_past_frame beside
         eye_distance max_parallax moved_view motion_of within_motion look_at view_through_window view_on_path view_between frame_within framed""",
     "measured by every function that makes or reads one": """graph graph_view level_map image image_view pixel_region convolution_plan prepared chart_pixels""",
-    "measured by the functions of other folders that call it": """check_charts check_topology convolution_planner corner_map curve_tracer for_each_other_byte for_each_unknown for_each_piece run_precedes""",
+    "measured by the functions of other folders that call it": """check_charts check_disparities check_topology convolution_planner corner_map curve_tracer for_each_other_byte for_each_unknown for_each_piece last_of_run run_precedes""",
     "messages and checks of a file's tensors; read_and_pack of each network includes them": "tensor_place tensor_values check_no_others",
     "layers of networks/farbrausch": "partial_convolution_architecture",
 }

@@ -24,7 +24,6 @@
 #include <ldi/core/validate.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -75,8 +74,7 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
     check_topology(layers.topology(), "make_charts");
-    for (const float d : layers.template column<disparity_column>())
-        if (!std::isfinite(d)) raise(error_code::invalid_data, "make_charts", "finite disparities", detail::to_text(d));
+    check_disparities(layers.template column<disparity_column>(), "make_charts");
     constexpr std::int32_t min_side = 64;
     const graph_view& g = layers.topology();
     if (g.position_count() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})

@@ -16,13 +16,28 @@ struct pixel_run {
     std::int32_t size() const { return last - first; }
 };
 
+/// Returns the last pixel of the run that `first` belongs to, but at most `limit`.
+///
+/// right  right neighbor of each pixel, up to that of `limit`
+/// first  0 to `limit`
+inline std::int32_t last_of_run(const std::int32_t* right, std::int32_t first, std::int32_t limit) {
+    constexpr std::int32_t block = 16;
+    std::int32_t last = first;
+    for (; limit - last >= block; last += block) {
+        std::int32_t difference = 0;  // vectorized, because runs are long
+        for (std::int32_t k = 0; k < block; ++k) difference |= right[last + k] ^ (last + k + 1);
+        if (difference != 0) break;
+    }
+    while (last < limit && right[last] == last + 1) ++last;
+    return last;
+}
+
 /// Calls `visit(pixel_run)` for the maximal runs, which together contain every pixel once, in order.
 template <class Visit>
 void for_each_run(const graph_view& g, Visit&& visit) {
     const std::int32_t count = g.count();
     for (std::int32_t first = 0, last; first < count; first = last) {
-        last = first + 1;
-        while (last < count && g.right()[last - 1] == last) ++last;
+        last = last_of_run(g.right().data(), first, count - 1) + 1;
         visit(pixel_run{first, last});
     }
 }

@@ -2,11 +2,16 @@
 // there is a violation. Call validate() to check a graph_view of your own memory.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/graph.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -83,5 +88,16 @@ inline void check_topology(const graph_view& g, std::string_view where) {
 }
 /// Checks nothing, because the invariants of a graph always hold.
 inline void check_topology(const graph&, std::string_view) {}
+
+/// Raises invalid_data, with the first wrong value, if a disparity is not finite. Linear time.
+///
+/// where  name of the function that requires finite disparities
+inline void check_disparities(array_view<const float> disparity, const char* where) {
+    bool are_finite = true;  // vectorized, because several stages check all pixels
+    for (const float d : disparity) are_finite &= std::abs(d) <= (std::numeric_limits<float>::max)();
+    if (are_finite) return;
+    const auto wrong = std::find_if_not(disparity.begin(), disparity.end(), [](float d) { return std::isfinite(d); });
+    raise(error_code::invalid_data, where, "finite disparities", detail::to_text(*wrong));
+}
 
 }}  // namespace ldi

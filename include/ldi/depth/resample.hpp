@@ -291,6 +291,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
               detail::to_text(options.spatial_sigma) + " and " + detail::to_text(options.color_sigma));
+    if (rows == photo.height() && columns == photo.width()) return image<float>(disparity);
     if (rows >= photo.height() && columns >= photo.width()) return nearest_samples(disparity, photo);
     image<float> result(photo.height(), photo.width(), 1, unset);
     const upsampler upsample(disparity, photo, surface, options);

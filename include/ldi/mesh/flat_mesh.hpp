@@ -265,7 +265,7 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     check_topology(layers.topology(), "build_mesh");
     const array_view<const float> disparity = layers.template column<disparity_column>();
     detail::check_range(range, "depth_range");
-    detail::check_disparities(disparity, "build_mesh");
+    check_disparities(disparity, "build_mesh");
     flat_mesh flat;
     flat.outlines = detail::outlines_of_sound(layers.topology(), disparity, charts);
     flat.studs = detail::place_studs(layers.topology(), disparity, range, charts, flat.outlines, options.studs);

@@ -42,7 +42,7 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
     check_topology(layers.topology(), "make_studs");
     check_charts(charts, g, "make_studs");
     detail::check_range(range, "make_studs");
-    detail::check_disparities(disparity, "make_studs");
+    check_disparities(disparity, "make_studs");
     if (outlines.boundary_sides != detail::mark_boundary_sides(g, charts.chart_of) ||
         outlines.boundary_pixels != detail::pixels_with_boundary(outlines.boundary_sides))
         raise(error_code::mismatch, "make_studs", "outlines of these charts", "outlines of other charts");

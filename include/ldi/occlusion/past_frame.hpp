@@ -22,6 +22,7 @@
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
+#include <ldi/core/validate.hpp>
 #include <ldi/occlusion/detail/frame_growth.hpp>
 
 #include <algorithm>
@@ -113,13 +114,22 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
               std::to_string(columns) + " x " + std::to_string(rows) + " pixels for a photo of " +
                   std::to_string(facts.camera.width) + " x " + std::to_string(facts.camera.height) + " with a margin of " +
                   std::to_string(facts.margin));
-    for (const float d : layers.template column<disparity_column>())
-        if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
+    check_disparities(layers.template column<disparity_column>(), "grow_past_frame");
     const graph& in = layers.topology();
-    for (std::int32_t i = 0; i < in.count(); ++i)
-        if ((i > 0 && in.y()[i] < in.y()[i - 1]) || (in.right()[i] != no_pixel && in.right()[i] != i + 1))
-            raise(error_code::mismatch, "grow_past_frame", "layers in canonical order",
-                  "pixel " + std::to_string(i) + " out of order");
+    const auto is_ordered = [&](std::int32_t first, std::int32_t last) {
+        const lattice_coordinate* const y = in.y().data();
+        const std::int32_t* const right = in.right().data();
+        bool is_in_order = true;  // vectorized, because this runs over all pixels
+        for (std::int32_t i = (std::max)(first, 1); i < last; ++i) is_in_order &= y[i - 1] <= y[i];
+        for (std::int32_t i = first; i < last; ++i) is_in_order &= (right[i] == no_pixel) | (right[i] == i + 1);
+        return is_in_order;
+    };
+    if (!is_ordered(0, in.count())) {
+        std::int32_t pixel = 0;
+        while (is_ordered(pixel, pixel + 1)) ++pixel;
+        raise(error_code::mismatch, "grow_past_frame", "layers in canonical order",
+              "pixel " + std::to_string(pixel) + " out of order");
+    }
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
     // Inside grow() the layers are empty, but these views are valid.

@@ -3,6 +3,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/runs.hpp>
 
 #include <algorithm>
 #include <cstdint>
@@ -21,11 +22,16 @@ inline buffer<std::uint8_t> contested_positions(const graph_view& g, std::int32_
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
     const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
+    const auto has_all_links = [&](std::int32_t i) {
+        return (g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0;  // negative if any link is no_pixel
+    };
+    for_each_run(g, [&](pixel_run r) {
+        std::uint8_t* const row = row_of(g.y()[r.first]) + g.x()[r.first];
+        for (std::int32_t k = 0; k < r.size(); ++k) row[k] |= (row[k] & taken) == 0 ? taken : contested;
+    });
     for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (has_all_links(i)) continue;
         const std::int32_t x = g.x()[i], y = g.y()[i];
-        std::uint8_t& here = row_of(y)[x];
-        here |= (here & taken) == 0 ? taken : contested;
-        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if any link is no_pixel
         const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
                           (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
         if (!ends) continue;

@@ -1,7 +1,6 @@
 // Input checks that several public mesh functions share.
 #pragma once
 
-#include <ldi/base/array_view.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/charts/chart_set.hpp>
@@ -18,11 +17,6 @@ inline void check_range(const depth_range& range, const char* where) {
     if (!is_positive(range.z_near) || !is_positive(range.z_far) || range.z_near > range.z_far)
         raise(error_code::invalid_option, where, "finite distances with 0 < z_near <= z_far",
               to_text(range.z_near) + " and " + to_text(range.z_far));
-}
-
-inline void check_disparities(array_view<const float> disparity, const char* where) {
-    for (const float d : disparity)
-        if (!std::isfinite(d)) raise(error_code::invalid_data, where, "finite disparities", to_text(d));
 }
 
 }}}  // namespace ldi::detail

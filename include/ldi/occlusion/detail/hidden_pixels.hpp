@@ -8,6 +8,7 @@
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/runs.hpp>
 #include <ldi/occlusion/detail/merged_pixels.hpp>
 
 #include <algorithm>
@@ -135,18 +136,20 @@ private:
         };
         buffer<grown_piece> pieces;
         buffer<std::int32_t> starts;
+        buffer<std::int32_t> last_in_row(static_cast<std::size_t>(base_.width()));  // set for the first of adjacent base pixels
         for (std::int32_t row = 0; row < base_.height(); ++row) {
             starts.clear();
             const std::int32_t first = row * base_.width();
-            for (std::int32_t i = first; i < first + base_.width(); ++i)
+            for (std::int32_t i = first, last; i < first + base_.width(); i = last + 1) {
+                last = last_in_row[i - first] = last_of_run(base_.right().data(), i, first + base_.width() - 1);
                 if (base_.left()[i] == no_pixel) starts.push_back(i);
+            }
             const bool mixed = hidden_start[row] != hidden_start[row + 1];
             starts.insert(starts.end(), hidden_starts.begin() + hidden_start[row], hidden_starts.begin() + hidden_start[row + 1]);
             if (mixed) std::sort(starts.begin(), starts.end(), before);
             for (std::int32_t start : starts)
                 for (std::int32_t i = start; i != no_pixel;) {
-                    std::int32_t last = i;
-                    while (is_base(i) && base_.right()[last] == last + 1 && last + 1 < base_count_) ++last;
+                    const std::int32_t last = is_base(i) ? last_in_row[i - first] : i;
                     pieces.push_back({is_base(i) ? i : hidden_index(i), last - i + 1, !is_base(i)});
                     i = neighbor(last, side::right);
                 }
